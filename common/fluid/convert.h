@@ -1,0 +1,40 @@
+// A simulation's state in another precision. Widening float to double is exact: the double run then solves the very problem
+// that the float run solves, and the difference is the float run's rounding.
+#pragma once
+
+#include "common/fluid/fluid.h"
+
+namespace lockstep::fluid {
+
+template <class To, class From>
+Array<To> convert(const Array<From>& array) {
+  return Array<To>(array.begin(), array.end());
+}
+
+template <class To, class From>
+Vectors<To> convert(const Vectors<From>& v) {
+  return {convert<To>(v.x), convert<To>(v.y), convert<To>(v.z)};
+}
+
+template <class To, class From>
+Particles<To> convert(const Particles<From>& p) {
+  return {p.count, p.id, convert<To>(p.position), convert<To>(p.half_velocity), convert<To>(p.velocity)};
+}
+
+template <class To, class From>
+Axis<To> convert(const Axis<From>& a) {
+  return {static_cast<To>(a.min), static_cast<To>(a.max), a.cells, static_cast<To>(a.cells_per_metre)};
+}
+
+template <class To, class From>
+Grid<To> convert(const Grid<From>& g) {
+  return {convert<To>(g.x), convert<To>(g.y), convert<To>(g.z), g.cell_begin};
+}
+
+template <class To, class From>
+Fluid<To> convert(const Fluid<From>& f) {
+  return {convert<To>(f.model),  convert<To>(f.grid),    convert<To>(f.particles),
+          convert<To>(f.sorted), convert<To>(f.density), convert<To>(f.acceleration)};
+}
+
+}  // namespace lockstep::fluid

@@ -1,0 +1,44 @@
+#include "common/fluid/limits.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "common/input_error.h"
+#include "common/memory.h"
+
+namespace lockstep::fluid {
+namespace {
+
+std::string text(double x) {
+  char digits[32];
+  std::snprintf(digits, sizeof digits, "%.10g", x);
+  return digits;
+}
+
+}  // namespace
+
+// make_grid does the same with cells a hundred-thousandth wider, which is more than its numbers may be off by rounding.
+double count_cells(const Model<double>& model) {
+  const auto fit = [&](double min, double max) { return std::max(1.0, std::floor((max - min) / model.smoothing_length)); };
+  return fit(model.domain_min.x, model.domain_max.x) * fit(model.domain_min.y, model.domain_max.y) *
+         fit(model.domain_min.z, model.domain_max.z);
+}
+
+void require_resolution(double particles_per_metre, const std::string& where) {
+  if (!(particles_per_metre >= min_particles_per_metre && particles_per_metre <= max_particles_per_metre))
+    throw InputError(where + ": particles per metre is " + text(particles_per_metre) + ", expected a number from " +
+                     text(min_particles_per_metre) + " to " + text(max_particles_per_metre));
+}
+
+void require_size(const Model<double>& model, double particles, const std::string& where) {
+  const double cells = count_cells(model);
+  if (particles > max_particles) throw InputError(where + ": " + text(particles) + " particles, expected at most " + text(max_particles));
+  if (cells > max_cells)
+    throw InputError(where + ": " + text(model.particles_per_metre) + " particles per metre cut the domain into " + text(cells) +
+                     " cells, expected at most " + text(max_cells));
+  require_memory(simulation_bytes<float>(particles, cells),
+                 where + ": simulating " + text(particles) + " particles in " + text(cells) + " cells");
+}
+
+}  // namespace lockstep::fluid

@@ -1,0 +1,39 @@
+// How big and how fine a simulation of the game fluid may be.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "common/fluid/model.h"
+
+namespace lockstep::fluid {
+
+// Particles and cells are counted in int32. Half of its range leaves room for padding and for the sums kernels form of two counts.
+inline constexpr double max_particles = 1 << 30;
+inline constexpr double max_cells = 0x7fffffff - 1;
+
+// Beyond these the model's constants, which go with h^6 and 1 / h^6, leave the range of float.
+inline constexpr double min_particles_per_metre = 1e-6;
+inline constexpr double max_particles_per_metre = 1e6;
+
+// At least as many cells as make_grid cuts the model's domain into, before it has to count them in int.
+double count_cells(const Model<double>& model);
+
+// Bytes that a Fluid<Real> of so many particles and cells takes, the particles themselves included.
+template <class Real>
+double simulation_bytes(double particles, double cells) {
+  constexpr double particle = sizeof(std::int32_t) + 9 * sizeof(Real);    // id, position, two velocities
+  constexpr double per_particle = 2 * particle + (1 + 3) * sizeof(Real);  // particles and sorted, density, acceleration
+  constexpr double per_cell = 2 * sizeof(std::int32_t);                   // cell_begin, and rebuild_grid's copy of it
+  constexpr double padding = 32;                                          // padded() adds no more
+  return per_particle * (particles + padding) + per_cell * (cells + 1);
+}
+
+// Throws InputError unless `particles_per_metre` is within the limits above (NaN is not).
+void require_resolution(double particles_per_metre, const std::string& where);
+
+// Throws InputError unless the numbers of particles and cells are within the limits above and a simulation in float fits this
+// machine's memory. To be asked before anything is allocated. `where` opens the message: the file at fault.
+void require_size(const Model<double>& model, double particles, const std::string& where);
+
+}  // namespace lockstep::fluid

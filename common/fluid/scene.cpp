@@ -1,0 +1,239 @@
+#include "common/fluid/scene.h"
+
+#include <toml++/toml.h>
+
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <initializer_list>
+#include <limits>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "common/fluid/file.h"
+#include "common/fluid/limits.h"
+#include "common/input_error.h"
+#include "common/input_file.h"
+
+namespace lockstep::fluid {
+namespace {
+
+// --- TOML, with every mistake reported where it stands
+
+// Far beyond any scene; the squares of such numbers still fit a float.
+constexpr double largest = 1e18;
+
+std::string position(const toml::source_region& source) {
+  return *source.path + ':' + std::to_string(source.begin.line) + ':' + std::to_string(source.begin.column);
+}
+
+[[noreturn]] void refuse(const toml::source_region& source, const std::string& message) {
+  throw InputError(position(source) + ": " + message);
+}
+
+[[noreturn]] void refuse_value(const toml::node& value, std::string_view key, std::string_view expected) {
+  refuse(value.source(), std::string(key) + ": expected " + std::string(expected));
+}
+
+// Every key of the table is one of these, and the required ones are there.
+using Keys = std::initializer_list<std::string_view>;
+void check_keys(const toml::table& table, Keys required, Keys optional) {
+  for (const auto& [key, value] : table) {
+    std::string known;
+    bool found = false;
+    for (const auto& keys : {required, optional})
+      for (const std::string_view k : keys) {
+        found |= key.str() == k;
+        known += (known.empty() ? "" : ", ") + std::string(k);
+      }
+    if (!found) refuse(key.source(), "unknown key " + std::string(key.str()) + ", expected one of: " + known);
+  }
+  for (const std::string_view k : required)
+    if (!table.contains(k)) refuse(table.source(), std::string(k) + " is missing");
+}
+
+// A finite number, written as an integer or a float.
+std::optional<double> as_number(const toml::node& value) {
+  const auto x = value.is_integer() ? static_cast<double>(value.as_integer()->get()) : value.value_exact<double>();
+  return x && std::abs(*x) <= largest ? x : std::nullopt;
+}
+
+// The readers below give nothing where the key is absent, and refuse any value but the expected.
+
+template <class Valid>
+std::optional<double> number(const toml::table& table, std::string_view key, std::string_view expected, Valid valid) {
+  const toml::node* value = table.get(key);
+  if (!value) return std::nullopt;
+  const std::optional<double> x = as_number(*value);
+  if (!x || !valid(*x)) refuse_value(*value, key, expected);
+  return x;
+}
+
+std::optional<Vector3<double>> vector(const toml::table& table, std::string_view key, std::string_view unit) {
+  const toml::node* value = table.get(key);
+  if (!value) return std::nullopt;
+  const std::string expected = "three finite numbers [x, y, z] in " + std::string(unit);
+  const toml::array* array = value->as_array();
+  if (!array || array->size() != 3) refuse_value(*value, key, expected);
+  const auto component = [&](int axis) {
+    const std::optional<double> x = as_number((*array)[axis]);
+    if (!x) refuse_value((*array)[axis], key, expected);
+    return *x;
+  };
+  return Vector3<double>{component(0), component(1), component(2)};
+}
+
+std::optional<std::int64_t> whole(const toml::table& table, std::string_view key, std::int64_t min, std::int64_t max) {
+  const toml::node* value = table.get(key);
+  if (!value) return std::nullopt;
+  const std::optional<std::int64_t> x = value->value_exact<std::int64_t>();
+  if (!x || *x < min || *x > max) refuse_value(*value, key, "a whole number from " + std::to_string(min) + " to " + std::to_string(max));
+  return x;
+}
+
+std::optional<bool> truth(const toml::table& table, std::string_view key) {
+  const toml::node* value = table.get(key);
+  if (!value) return std::nullopt;
+  const std::optional<bool> x = value->value_exact<bool>();
+  if (!x) refuse_value(*value, key, "true or false");
+  return x;
+}
+
+toml::table parse(const std::string& path) {
+  std::ifstream in = open_input(path);
+  try {
+    return toml::parse(in, path);
+  } catch (const toml::parse_error& error) {
+    refuse(error.source(), std::string(error.description()));
+  }
+}
+
+// --- Blocks of particles
+
+struct Block {
+  Vector3<double> min, velocity;
+  double spacing, jitter;
+  Vector3<double> points;  // along each axis: whole numbers, which need not fit an int before they are checked
+
+  double count() const { return points.x * points.y * points.z; }
+};
+
+Block read_block(const toml::table& table, double particles_per_metre) {
+  check_keys(table, {"min", "max"}, {"spacing", "jitter", "velocity"});
+  const Vector3<double> min = *vector(table, "min", "m"), max = *vector(table, "max", "m");
+  if (!(min.x < max.x && min.y < max.y && min.z < max.z)) refuse_value(*table.get("max"), "max", "to be greater than min on every axis");
+  const double spacing = number(table, "spacing", "a number > 0, in m", [](double x) { return x > 0; }).value_or(1 / particles_per_metre);
+  const double jitter = number(table, "jitter", "a number from 0 to 1", [](double x) { return x >= 0 && x <= 1; }).value_or(0);
+  const Vector3<double> velocity = vector(table, "velocity", "m/s").value_or(Vector3<double>{0, 0, 0});
+  // Lattice points min + (i + 1/2) spacing < max, i = 0, 1, ...
+  const auto fit = [&](double from, double to) { return std::ceil((to - from) / spacing - .5); };
+  const Vector3<double> points = {fit(min.x, max.x), fit(min.y, max.y), fit(min.z, max.z)};
+  if (!(points.x >= 1 && points.y >= 1 && points.z >= 1)) refuse(table.source(), "the block holds no particle, expected at least one");
+  return {.min = min, .velocity = velocity, .spacing = spacing, .jitter = jitter, .points = points};
+}
+
+std::vector<Block> read_blocks(const toml::table& scene, const Model<double>& model) {
+  const toml::array* tables = scene.get_as<toml::array>("block");
+  if (!tables || tables->empty()) refuse_value(*scene.get("block"), "block", "one or more tables [[block]]");
+  std::vector<Block> blocks;
+  double count = 0;
+  for (const toml::node& table : *tables) {
+    if (!table.is_table()) refuse_value(table, "block", "a table [[block]]");
+    const Block block = read_block(*table.as_table(), model.particles_per_metre);
+    count += block.count();
+    require_size(model, count, position(table.source()));
+    blocks.push_back(block);
+  }
+  return blocks;
+}
+
+// The k-th number of the splitmix64 sequence of `seed`, as a fraction 0 <= u < 1: the same on every platform, in any order.
+double random_fraction(std::uint64_t seed, std::uint64_t k) {
+  std::uint64_t x = seed + (k + 1) * 0x9e3779b97f4a7c15;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111eb;
+  x ^= x >> 31;
+  return static_cast<double>(x >> 11) * 0x1p-53;
+}
+
+Particles<float> make_particles(const std::vector<Block>& blocks, std::uint64_t seed) {
+  int count = 0;
+  for (const Block& block : blocks) count += static_cast<int>(block.count());
+  Particles<float> particles;
+  particles.resize(count);
+  auto& [_, id, p, hv, v] = particles;
+  int i = 0;
+  for (const auto& [min, velocity, spacing, jitter, points] : blocks)
+    for (int z = 0; z < points.z; ++z)
+      for (int y = 0; y < points.y; ++y)
+        for (int x = 0; x < points.x; ++x, ++i) {
+          const auto coordinate = [&](double min, int point, int axis) {
+            const double shift = jitter * (random_fraction(seed, 3 * std::uint64_t(i) + axis) - .5);
+            return static_cast<float>(min + (point + .5 + shift) * spacing);
+          };
+          id[i] = i;
+          p.x[i] = coordinate(min.x, x, 0), p.y[i] = coordinate(min.y, y, 1), p.z[i] = coordinate(min.z, z, 2);
+          v.x[i] = hv.x[i] = static_cast<float>(velocity.x);
+          v.y[i] = hv.y[i] = static_cast<float>(velocity.y);
+          v.z[i] = hv.z[i] = static_cast<float>(velocity.z);
+        }
+  return particles;
+}
+
+// --- Scenes
+
+Holds read_holds(const toml::table& scene) {
+  const toml::node* value = scene.get("holds");
+  if (!value) return {};
+  if (!value->is_table()) refuse_value(*value, "holds", "a table [holds]");
+  const toml::table& table = *value->as_table();
+  check_keys(table, {}, {"momentum_conserved", "inside_domain", "lattice_density", "energy_falls_after"});
+  return {.momentum_conserved = truth(table, "momentum_conserved").value_or(false),
+          .inside_domain = truth(table, "inside_domain").value_or(false),
+          .lattice_density = truth(table, "lattice_density").value_or(false),
+          .energy_falls_after = whole(table, "energy_falls_after", 0, std::numeric_limits<int>::max())};
+}
+
+Scene load_toml(const std::string& name, const std::string& path) {
+  const toml::table scene = parse(path);
+  check_keys(scene, {"kind", "particles_per_metre", "block"}, {"frames", "walls", "gravity", "seed", "holds"});
+  if (scene.get("kind")->value_exact<std::string>() != "fluid") refuse_value(*scene.get("kind"), "kind", "\"fluid\"");
+
+  const double particles_per_metre = *number(scene, "particles_per_metre", "a number from 1e-6 to 1e6", [](double x) {
+    return x >= min_particles_per_metre && x <= max_particles_per_metre;
+  });
+  Model<double> model = make_model(particles_per_metre);
+  require_size(model, 0, position(scene.get("particles_per_metre")->source()));
+  model.gravity = vector(scene, "gravity", "m/s^2").value_or(model.gravity);
+  model.walls = truth(scene, "walls").value_or(model.walls);
+  const int frames = static_cast<int>(whole(scene, "frames", 1, std::numeric_limits<int>::max()).value_or(100));
+  const std::uint64_t seed = whole(scene, "seed", 0, std::numeric_limits<std::int64_t>::max()).value_or(1);
+  return {.name = name,
+          .path = path,
+          .model = model,
+          .particles = make_particles(read_blocks(scene, model), seed),
+          .frames = frames,
+          .holds = read_holds(scene)};
+}
+
+Scene load_fluid(const std::string& name, const std::string& path) {
+  FluidFile file = read_fluid(path);
+  return {.name = name,
+          .path = path,
+          .model = make_model(file.particles_per_metre),
+          .particles = std::move(file.particles),
+          .frames = 1,
+          .holds = {}};
+}
+
+}  // namespace
+
+Scene load_scene(const std::string& path) {
+  const std::filesystem::path file(path);
+  const std::string name = file.stem().string();
+  if (file.extension() == ".fluid") return load_fluid(name, path);
+  return load_toml(name, path);
+}
+
+}  // namespace lockstep::fluid

@@ -1,0 +1,23 @@
+// Scalar functions with the names and the exact results of the lane functions in common/simd.h, so that a formula
+// written once gives the same bits in a scalar loop and in lanes.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+namespace lockstep {
+
+// a < b ? a : b, which is what lanes compute: where either is NaN the answer is b. (std::min answers a.)
+inline float min(float a, float b) { return a < b ? a : b; }
+inline double min(double a, double b) { return a < b ? a : b; }
+inline float max(float a, float b) { return a > b ? a : b; }
+inline double max(double a, double b) { return a > b ? a : b; }
+
+inline float sqrt(float a) { return std::sqrt(a); }
+inline double sqrt(double a) { return std::sqrt(a); }
+
+// Truncation towards zero; the caller has brought a into the range of int32.
+inline std::int32_t to_int(float a) { return static_cast<std::int32_t>(a); }
+inline std::int32_t to_int(double a) { return static_cast<std::int32_t>(a); }
+
+}  // namespace lockstep

@@ -1,0 +1,16 @@
+// Work that does not fit the machine's memory is refused before it starts: Linux would grant the allocation and kill the
+// process later.
+#pragma once
+
+#include <string>
+
+namespace lockstep {
+
+// Bytes this process may still allocate: what the machine has available, or what is left of this process's limit on address
+// space (ulimit -v) where that is less. Infinite where the system does not say.
+double available_memory();
+
+// Throws InputError unless `bytes` fit in available_memory(). `what` opens the message: who needs them.
+void require_memory(double bytes, const std::string& what);
+
+}  // namespace lockstep

@@ -1,0 +1,83 @@
+// What tests of files share.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+#include <string>
+
+#include "common/input_error.h"
+
+namespace lockstep {
+
+// A test with a folder of its own, which is removed afterwards.
+struct TemporaryFolder : testing::Test {
+  std::string folder;
+
+  TemporaryFolder() {
+    folder = (std::filesystem::temp_directory_path() / "lockstep_test_XXXXXX").string();
+    if (!mkdtemp(folder.data())) throw std::runtime_error("cannot make " + folder);
+    std::filesystem::permissions(folder, std::filesystem::perms(0755));  // AsNobody looks inside
+  }
+  ~TemporaryFolder() override { std::filesystem::remove_all(folder); }
+
+  std::string path(const std::string& name) const { return folder + '/' + name; }
+  int files() const {
+    return static_cast<int>(std::distance(std::filesystem::directory_iterator(folder), std::filesystem::directory_iterator()));
+  }
+};
+
+inline void write_bytes(const std::string& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
+
+inline std::string read_bytes(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// The one line that the user would read.
+template <class Action>
+std::string error_of(Action action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+    return error.what();
+  }
+  return "no error";
+}
+
+// Permissions do not bind root. Where the tests run as root, one that is about permissions runs as nobody.
+struct AsNobody {
+  AsNobody() { bound = geteuid() != 0 || seteuid(65534) == 0; }
+  ~AsNobody() {
+    if (getuid() == 0 && seteuid(0) != 0) std::abort();
+  }
+  bool bound;
+};
+
+// Bytes of address space that this process uses.
+inline rlim_t address_space() {
+  rlim_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  return pages * sysconf(_SC_PAGESIZE);
+}
+
+// Lowers one of this process's limits for a while.
+struct Limit {
+  Limit(int resource, rlim_t value) : resource(resource) {
+    getrlimit(resource, &before);
+    const rlimit lowered{value, before.rlim_max};
+    setrlimit(resource, &lowered);
+  }
+  ~Limit() { setrlimit(resource, &before); }
+  int resource;
+  rlimit before;
+};
+
+}  // namespace lockstep
