@@ -1,0 +1,50 @@
+// Puts the particles in cell order by a counting sort.
+//
+// Three passes: count the particles of each cell; sum the counts, so that every cell knows where its run begins; move each
+// particle to the next free place of its cell's run. Walking the particles in the order they came in makes the sort stable,
+// which fixes the order within a cell and with it every later sum. Cost is linear in particles and cells, and since particles
+// move little in a frame the moves are nearly sequential.
+//
+// Source: [LRB08] "Game Fluids via SPH", Figure 3. The contract stands in common/fluid/rebuild_grid.h.
+#include "common/fluid/rebuild_grid.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/real.h"
+
+namespace lockstep::fluid::serial {
+namespace {
+
+int cell_of(const Grid<Real>& grid, const Vectors<Real>& position, int i) {
+  return grid.cell(cell_coordinate(grid.x, position.x[i]), cell_coordinate(grid.y, position.y[i]), cell_coordinate(grid.z, position.z[i]));
+}
+
+void move(const Vectors<Real>& from, int i, Vectors<Real>& to, int k) {
+  to.x[k] = from.x[i];
+  to.y[k] = from.y[i];
+  to.z[k] = from.z[i];
+}
+
+void move(const Particles<Real>& from, int i, Particles<Real>& to, int k) {
+  to.id[k] = from.id[i];
+  move(from.position, i, to.position, k);
+  move(from.half_velocity, i, to.half_velocity, k);
+  move(from.velocity, i, to.velocity, k);
+}
+
+}  // namespace
+
+void rebuild_grid(Grid<Real>& grid, Particles<Real>& particles, Particles<Real>& sorted) {
+  // cell_begin[c + 1] counts cell c; summed up, cell_begin[c] is where cell c begins.
+  std::fill(grid.cell_begin.begin(), grid.cell_begin.end(), 0);
+  for (int i = 0; i < particles.count; ++i) ++grid.cell_begin[cell_of(grid, particles.position, i) + 1];
+  for (int c = 0; c < grid.cells(); ++c) grid.cell_begin[c + 1] += grid.cell_begin[c];
+
+  // next[c] is the next free place of cell c.
+  Array<std::int32_t> next(grid.cell_begin.begin(), grid.cell_begin.end());
+  for (int i = 0; i < particles.count; ++i) move(particles, i, sorted, next[cell_of(grid, particles.position, i)]++);
+  std::swap(particles, sorted);
+}
+
+}  // namespace lockstep::fluid::serial
