@@ -1,0 +1,119 @@
+// Puts the particles in cell order, in two ways. Both give the stable order of serial/fluid/rebuild_grid.cpp, to the bit.
+//
+// Counting sort: the serial one, with the particles cut into one share a thread. A thread counts its own share; the sums
+// run over cells and, within a cell, over threads in order; so each thread knows where its particles of each cell go, and
+// because shares are contiguous and taken in order the sort stays stable, whatever the number of threads.
+//
+// Linked lists: the paper's. Threads push particles on per-cell lists, each under its cell's lock. What order a list ends up
+// in depends on who came first, so each cell's few particles are put back in their incoming order when it is emptied: the
+// result does not depend on timing after all.
+//
+// Source: [LRB08] "Thread Synchronization and software locks". The contract stands in common/fluid/rebuild_grid.h.
+#include "common/fluid/rebuild_grid.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/real.h"
+#include "common/simd.h"
+#include "openmp/share.h"
+
+namespace lockstep::fluid::openmp {
+namespace {
+
+using namespace lockstep::openmp;
+
+// The cells of particles i .. i + 15. Lanes beyond the last particle answer some cell of the grid.
+intv cell_of(const Grid<Real>& grid, const Vectors<Real>& position, int i) {
+  const intv x = cell_coordinate(grid.x, load(&position.x[i]));
+  const intv y = cell_coordinate(grid.y, load(&position.y[i]));
+  const intv z = cell_coordinate(grid.z, load(&position.z[i]));
+  return (z * intv(grid.y.cells) + y) * intv(grid.x.cells) + x;
+}
+
+void move(const Vectors<Real>& from, int i, Vectors<Real>& to, int k) {
+  to.x[k] = from.x[i];
+  to.y[k] = from.y[i];
+  to.z[k] = from.z[i];
+}
+
+void move(const Particles<Real>& from, int i, Particles<Real>& to, int k) {
+  to.id[k] = from.id[i];
+  move(from.position, i, to.position, k);
+  move(from.half_velocity, i, to.half_velocity, k);
+  move(from.velocity, i, to.velocity, k);
+}
+
+}  // namespace
+
+void rebuild_grid_counting_sort(Grid<Real>& grid, Particles<Real>& particles, Particles<Real>& sorted) {
+  Array<std::int32_t> cell(padded(particles.count));
+  std::vector<Array<std::int32_t>> next(omp_get_max_threads());  // next[t][c] is the next free place of cell c for thread t
+  std::vector<std::int32_t> total(omp_get_max_threads() + 1);
+
+  // Each thread writes its own next[t], its own share of cell and cell_begin, and places of `sorted` that are its alone;
+  // the barriers stand between one thread's writing and another's reading.
+#pragma omp parallel
+  {
+    const int thread = omp_get_thread_num(), threads = omp_get_num_threads();
+    const Share mine = my_share(particles.count), cells = my_share(grid.cells());
+    next[thread].assign(grid.cells(), 0);
+    for (int i = mine.begin; i < mine.end; i += lanes) store(&cell[i], cell_of(grid, particles.position, i));
+    for (int i = mine.begin; i < mine.end; ++i) ++next[thread][cell[i]];
+#pragma omp barrier
+
+    // The sums within this thread's share of the cells, then what stands before that share.
+    std::int32_t sum = 0;
+    for (int c = cells.begin; c < cells.end; ++c)
+      for (int t = 0; t < threads; ++t) sum += std::exchange(next[t][c], sum);
+    total[thread + 1] = sum;
+#pragma omp barrier
+#pragma omp single
+    for (int t = 0; t < threads; ++t) total[t + 1] += total[t];
+
+    for (int c = cells.begin; c < cells.end; ++c) {
+      for (int t = 0; t < threads; ++t) next[t][c] += total[thread];
+      grid.cell_begin[c] = next[0][c];
+    }
+#pragma omp barrier
+
+    for (int i = mine.begin; i < mine.end; ++i) move(particles, i, sorted, next[thread][cell[i]]++);
+  }
+  grid.cell_begin[grid.cells()] = particles.count;
+  std::swap(particles, sorted);
+}
+
+void rebuild_grid_linked_lists(Grid<Real>& grid, Particles<Real>& particles, Particles<Real>& sorted) {
+  constexpr std::int32_t none = -1;
+  Array<std::int32_t> cell(padded(particles.count)), next(particles.count), order(particles.count);
+  Array<std::int32_t> head(grid.cells(), none);
+  Locks locks(grid.cells());
+  std::fill(grid.cell_begin.begin(), grid.cell_begin.end(), 0);
+
+  // A particle's cell is its own; head and count of a cell are guarded by the cell's lock.
+#pragma omp parallel for schedule(static)
+  for (int vector = 0; vector < (particles.count + lanes - 1) / lanes; ++vector) {
+    const int first = vector * lanes, last = std::min(first + lanes, particles.count);
+    store(&cell[first], cell_of(grid, particles.position, first));
+    for (int i = first; i < last; ++i) {
+      locks.acquire(cell[i]);
+      next[i] = std::exchange(head[cell[i]], i);
+      ++grid.cell_begin[cell[i] + 1];
+      locks.release(cell[i]);
+    }
+  }
+  for (int c = 0; c < grid.cells(); ++c) grid.cell_begin[c + 1] += grid.cell_begin[c];
+
+  // Each cell empties its own list into its own run.
+#pragma omp parallel for schedule(static)
+  for (int c = 0; c < grid.cells(); ++c) {
+    const int begin = grid.cell_begin[c], end = grid.cell_begin[c + 1];
+    int k = begin;
+    for (int i = head[c]; i != none; i = next[i]) order[k++] = i;
+    std::sort(&order[begin], &order[end]);
+    for (k = begin; k < end; ++k) move(particles, order[k], sorted, k);
+  }
+  std::swap(particles, sorted);
+}
+
+}  // namespace lockstep::fluid::openmp
