@@ -1,0 +1,97 @@
+# Every command a researcher types; `make help` lists them.
+
+# The instruction set that lanes are built for: the best this machine has unless told otherwise.
+ISA ?= $(shell grep -qw avx512vl /proc/cpuinfo && echo avx512 || (grep -qw avx2 /proc/cpuinfo && echo avx2) || echo portable)
+isa_avx512   := -march=x86-64-v4 -DLOCKSTEP_ISA_AVX512
+isa_avx2     := -march=x86-64-v3 -DLOCKSTEP_ISA_AVX2
+isa_portable := -DLOCKSTEP_ISA_PORTABLE
+$(if $(isa_$(ISA)),,$(error ISA=$(ISA): expected avx512, avx2 or portable))
+
+CXX    = g++
+PYTHON = /usr/bin/python3
+# errno is not looked at: without the flag, sqrt keeps loops from becoming lanes. Values do not change.
+FLAGS  = -std=c++20 -O3 $(isa_$(ISA)) -ffp-contract=off -fno-math-errno -fopenmp -Wall -Wextra
+DEBS   = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libgtest-dev clang-14 libomp-14-dev libclang-rt-14-dev
+
+# Where objects go: a folder for each way to build.
+BUILD := build/$(ISA)
+
+# Every file of serial/ is compiled twice: in float, and in double for the truth.
+serial := $(patsubst %.cpp,$(BUILD)/%.float.o,$(shell find serial -name '*.cpp')) $(patsubst %.cpp,$(BUILD)/%.double.o,$(shell find serial -name '*.cpp'))
+kernel := $(serial) $(patsubst %.cpp,$(BUILD)/%.o,$(shell find openmp common -name '*.cpp'))
+verify := $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard verify/*.cpp))
+tests  := $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard tests/*_test.cpp))
+
+.PHONY: all deps verify test bench run diff tsan sanitize determinism clean help
+.DELETE_ON_ERROR:
+MAKEFLAGS += --no-builtin-rules
+
+all: build/lockstep  ## build everything, with the best ISA of this machine (ISA=avx512|avx2|portable)
+
+deps:  ## install the Debian packages it needs
+	@if dpkg-query -W $(DEBS) >/dev/null 2>&1; then echo "all packages are installed"; \
+	else apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq $(DEBS); fi
+
+verify: build/lockstep  ## compare every kernel with its serial twin (KERNEL= FORM= SCENE= THREADS=1,2,3 FULL=1); build/verify.json
+	build/lockstep verify $(selection) $(if $(FULL),--full) --json build/verify.json
+
+test: $(BUILD)/tests build/lockstep  ## unit, property and fault tests
+	LOCKSTEP=build/lockstep $(BUILD)/tests --gtest_brief=1
+
+bench: build/lockstep  ## time every kernel (KERNEL= FORM= SCENE= THREADS=1,2); build/bench.json
+	build/lockstep bench $(selection) --json build/bench.json
+
+run: build/lockstep  ## simulate SCENE=scenes/fluid/dam_break_5k.toml and write frames for ParaView (OUT=build/frames FRAMES= VARIANT= THREADS=)
+	build/lockstep run --scene $(or $(SCENE),$(error SCENE= says which scene to run)) --out $(or $(OUT),build/frames) \
+	  $(if $(VARIANT),--variant $(VARIANT)) $(if $(THREADS),--threads $(THREADS)) $(if $(FRAMES),--frames $(FRAMES))
+
+diff:  ## show serial and openmp side by side: KERNEL=fluid/densities
+	@diff --side-by-side --width=$(or $(WIDTH),200) --expand-tabs serial/$(or $(KERNEL),$(error KERNEL= says which file)).cpp openmp/$(KERNEL).cpp || true
+
+tsan:  ## every parallel kernel under clang's thread sanitizer, and a racy twin that it must flag
+	verify/tsan.sh
+
+sanitize:  ## the tests under the address and undefined-behaviour sanitizers
+	$(MAKE) test BUILD=build/sanitize-$(ISA) FLAGS='-std=c++20 -O1 -g1 $(isa_$(ISA)) -ffp-contract=off -fno-math-errno -fopenmp -fsanitize=address,undefined -fno-sanitize-recover=undefined'
+
+determinism: build/lockstep  ## the same bits at 1, 2, 3, 4 and 8 threads, three times over
+	for repeat in 1 2 3; do build/lockstep verify --threads 1,2,3,4,8 $(if $(KERNEL),--kernel $(KERNEL)) --scene $(or $(SCENE),dam_break_5k) || exit 1; done
+
+clean:  ## remove what was built
+	rm -rf build
+
+help:  ## list these commands
+	@sed -nE 's/^([a-z]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 20
+
+selection = $(if $(KERNEL),--kernel $(KERNEL)) $(if $(FORM),--form $(FORM)) $(if $(SCENE),--scene $(SCENE)) $(if $(THREADS),--threads $(THREADS))
+
+# build/lockstep is the program built last; it is relinked when ISA changes.
+ifneq ($(shell readlink build/lockstep),$(BUILD:build/%=%)/lockstep)
+.PHONY: build/lockstep
+endif
+build/lockstep: $(BUILD)/lockstep
+	@ln -sfn $(BUILD:build/%=%)/lockstep $@
+
+$(BUILD)/lockstep: $(kernel) $(verify)
+	$(CXX) $(FLAGS) $^ -o $@
+
+$(BUILD)/tests: $(kernel) $(filter-out %/main.o,$(verify)) $(tests)
+	$(CXX) $(FLAGS) $^ -lgtest -lgtest_main -pthread -o $@
+
+compile = @mkdir -p $(@D) && echo "compile $@" && $(CXX) $(FLAGS) -I. -I$(BUILD) -MMD -MP
+$(BUILD)/%.float.o: %.cpp Makefile
+	$(compile) -c $< -o $@
+$(BUILD)/%.double.o: %.cpp Makefile
+	$(compile) -DLOCKSTEP_REAL=double -c $< -o $@
+$(BUILD)/%.o: %.cpp Makefile
+	$(compile) -c $< -o $@
+
+# What the program was built from, for its reports; written anew only when it changes.
+$(BUILD)/verify/report.o: $(BUILD)/commit.h
+$(BUILD)/commit.h: FORCE
+	@mkdir -p $(@D)
+	@printf '#define LOCKSTEP_COMMIT "%s"\n#define LOCKSTEP_FLAGS "%s"\n' "$$(git describe --always --dirty 2>/dev/null || echo unknown)" "$(FLAGS)" > $@.new
+	@cmp -s $@.new $@ && rm $@.new || mv $@.new $@
+FORCE:
+
+-include $(shell find $(BUILD) -name '*.d' 2>/dev/null)

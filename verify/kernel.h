@@ -1,0 +1,65 @@
+// What the verifier and the benchmark know of a kernel, and how a kernel joins them.
+//
+// A kernel joins by one Kernel for each of its forms: a name, and a function that makes a Case on a scene. verify/fluid.cpp
+// shows it; kernels() in verify/kernels.cpp lists them all. The verifier runs each Case at every thread count asked for, the
+// benchmark times it; neither knows what is computed.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace lockstep::verify {
+
+// The strongest claim that holds of the openmp result, strongest first (notes/verification.md).
+enum class Verdict {
+  bitwise,    // the same bits, or the same set, as the serial form of the same algorithm
+  bounded,    // the error against the double run within twice the serial error plus the rounding bound of the sums
+  converged,  // another algorithm for the same answer, which reaches the serial algorithm's residual
+  physical,   // a chaotic run: what physics conserves, and no faster divergence than one ulp of input causes
+};
+const char* name_of(Verdict verdict);
+
+// What a comparison found: the worst element, by error relative to its own bound.
+struct Judgement {
+  Verdict verdict;
+  bool passed = true;
+  double error = 0, bound = 0;  // of the worst element; for bitwise the number of elements that differ, and 0
+  std::string worst_at;         // where it is, and both values
+};
+
+// What one run of a kernel does at the least: for items/s, GB/s and GFLOP/s.
+struct Work {
+  double items;
+  std::string unit;  // of an item
+  double bytes;      // that must come from and go to memory once
+  double flops;      // of the serial form
+};
+
+// One kernel in one form on one scene: inputs made, truth known. The functions share their state.
+struct Case {
+  std::function<void()> reset;    // makes the inputs what they were; not timed
+  std::function<void()> serial;   // the serial form of the same algorithm: what openmp must agree with
+  std::function<void()> best_serial;     // the best serial algorithm, where that is another: what openmp must beat
+  std::function<void()> openmp;   // with as many threads as omp_set_num_threads said
+  std::function<Judgement()> judge;      // of what the last serial and openmp runs left
+  std::function<std::uint64_t()> hash;   // of what the last openmp run left, in an order that does not depend on the run
+  Work work;
+};
+
+struct Kernel {
+  std::string name;                           // its path below serial/
+  std::string form;                           // which of its openmp forms
+  bool order_dependent;                       // whether rounding depends on which thread came first; else hashes must agree
+  std::vector<std::string> scenes;            // for `make verify`, and what FULL=1 adds
+  std::vector<std::string> more_scenes;
+  std::vector<std::string> bench_scenes;
+  std::function<Case(const std::string& scene_path)> make;
+};
+
+// All kernels, in the order of a step.
+std::vector<Kernel> kernels();
+std::vector<Kernel> fluid_kernels();
+
+}  // namespace lockstep::verify

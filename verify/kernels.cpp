@@ -1,0 +1,17 @@
+#include "verify/kernel.h"
+
+namespace lockstep::verify {
+
+const char* name_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::bitwise: return "bitwise";
+    case Verdict::bounded: return "bounded";
+    case Verdict::converged: return "converged";
+    case Verdict::physical: return "physical";
+  }
+  return "";
+}
+
+std::vector<Kernel> kernels() { return fluid_kernels(); }
+
+}  // namespace lockstep::verify

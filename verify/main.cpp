@@ -1,0 +1,67 @@
+// build/lockstep: the command line. Exit codes: 0 good, 1 a check failed, 2 bad usage or input.
+#include <omp.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <new>
+
+#include "common/input_error.h"
+#include "verify/options.h"
+
+namespace {
+
+using namespace lockstep::verify;
+
+constexpr int max_threads = 1024;
+
+void add_common(CLI::App* command, Options& options) {
+  command->add_option("--kernel", options.kernel, "only this kernel: its path below serial/, such as fluid/forces");
+  command->add_option("--form", options.form, "only this form of it, such as owner_gather");
+  command->add_option("--scene", options.scene, "only this scene: its name, or a .toml or .fluid file");
+  command->add_option("--threads", options.threads, "at these thread counts, such as 1,2,4")
+      ->delimiter(',')
+      ->check(CLI::Range(1, max_threads));
+  command->add_option("--json", options.json, "write the rows to this file");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Lockstep: the algorithms of two papers on many-core physics, serial and parallel, verified against each other");
+  app.require_subcommand(1);
+  Options options;
+  RunOptions run_options;
+
+  CLI::App* verify_command = app.add_subcommand("verify", "compare every openmp kernel with its serial twin");
+  add_common(verify_command, options);
+  verify_command->add_flag("--full", options.full, "on all scenes");
+
+  CLI::App* bench_command = app.add_subcommand("bench", "time every kernel");
+  add_common(bench_command, options);
+
+  CLI::App* run_command = app.add_subcommand("run", "simulate a scene");
+  run_command->add_option("--scene", run_options.scene, "a .toml or .fluid file")->required();
+  run_command->add_option("--variant", run_options.variant, "serial or openmp (default)")->check(CLI::IsMember({"serial", "openmp"}));
+  run_command->add_option("--form", run_options.form, "which form of the step");
+  run_command->add_option("--threads", run_options.threads, "how many threads")->check(CLI::Range(1, max_threads));
+  run_command->add_option("--frames", run_options.frames, "how many frames (default: as the scene says)")->check(CLI::Range(1, 1 << 30));
+  run_command->add_option("--out", run_options.out, "a .fluid file for the last state, or a folder for frames that ParaView opens")->required();
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+
+  try {
+    if (options.threads.empty()) options.threads = verify_command->parsed() ? std::vector<int>{1, 2, 3} : std::vector<int>{1, 2};
+    if (verify_command->parsed()) return verify(options);
+    if (bench_command->parsed()) return bench(options);
+    return run(run_options);
+  } catch (const lockstep::InputError& error) {
+    std::fprintf(stderr, "lockstep: %s\n", error.what());
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "lockstep: out of memory\n");
+  }
+  return 2;
+}

@@ -1,0 +1,66 @@
+#include "verify/report.h"
+
+#include <omp.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <thread>
+
+#include "common/atomic_file.h"
+#include "common/simd.h"
+#include "commit.h"  // made by the Makefile: what the program was built from
+
+namespace lockstep::verify {
+namespace {
+
+std::string cpu_name() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);)
+    if (line.starts_with("model name")) return line.substr(line.find(": ") + 2);
+  return "unknown";
+}
+
+std::string environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value ? value : "";
+}
+
+}  // namespace
+
+nlohmann::ordered_json machine() {
+  return {
+      {"cpu", cpu_name()},
+      {"cores", std::thread::hardware_concurrency()},
+      {"isa", isa_name},
+      {"lanes", lanes},
+#if defined(__clang__)
+      {"compiler", "clang++ " __clang_version__},
+#else
+      {"compiler", "g++ " __VERSION__},
+#endif
+      {"flags", LOCKSTEP_FLAGS},
+      {"commit", LOCKSTEP_COMMIT},
+      {"omp",
+       {{"version", _OPENMP},
+        {"max_threads", omp_get_max_threads()},
+        {"OMP_WAIT_POLICY", environment("OMP_WAIT_POLICY")},
+        {"OMP_PROC_BIND", environment("OMP_PROC_BIND")},
+        {"OMP_SCHEDULE", environment("OMP_SCHEDULE")}}},
+  };
+}
+
+void write_report(const std::string& path, const nlohmann::ordered_json& machine, const nlohmann::ordered_json& rows) {
+  const nlohmann::ordered_json report = {{"machine", machine}, {"rows", rows}};
+  write_file(path, [&](std::ostream& out) { out << report.dump(2) << '\n'; });
+}
+
+double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+void progress(const std::string& what) {
+  if (isatty(STDERR_FILENO)) std::fprintf(stderr, "\r\033[K%s", what.c_str());
+}
+
+}  // namespace lockstep::verify
