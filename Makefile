@@ -35,8 +35,8 @@ deps:  ## install the Debian packages it needs
 verify: build/lockstep  ## compare every kernel with its serial twin (KERNEL= FORM= SCENE= THREADS=1,2,3 FULL=1); build/verify.json
 	build/lockstep verify $(selection) $(if $(FULL),--full) --json build/verify.json
 
-test: $(BUILD)/tests build/lockstep  ## unit, property and fault tests
-	LOCKSTEP=build/lockstep $(BUILD)/tests --gtest_brief=1
+test: $(BUILD)/unit_tests build/lockstep  ## unit, property and fault tests
+	LOCKSTEP=build/lockstep $(BUILD)/unit_tests --gtest_brief=1
 
 bench: build/lockstep  ## time every kernel (KERNEL= FORM= SCENE= THREADS=1,2); build/bench.json
 	build/lockstep bench $(selection) --json build/bench.json
@@ -48,8 +48,13 @@ run: build/lockstep  ## simulate SCENE=scenes/fluid/dam_break_5k.toml and write 
 diff:  ## show serial and openmp side by side: KERNEL=fluid/densities
 	@diff --side-by-side --width=$(or $(WIDTH),200) --expand-tabs serial/$(or $(KERNEL),$(error KERNEL= says which file)).cpp openmp/$(KERNEL).cpp || true
 
-tsan:  ## every parallel kernel under clang's thread sanitizer, and a racy twin that it must flag
-	verify/tsan.sh
+tsan:  ## every parallel kernel under clang's thread sanitizer, and a racy twin that it must flag (KERNEL=)
+	$(MAKE) build/tsan/lockstep build/tsan/racy BUILD=build/tsan ISA=portable CXX=clang++-14 \
+	  FLAGS='-std=c++20 -O1 -g $(isa_portable) -ffp-contract=off -fno-math-errno -fopenmp -fsanitize=thread -Wall -Wextra'
+	verify/tsan.sh $(KERNEL)
+
+build/tsan/racy: $(kernel) $(BUILD)/tests/tsan/racy.o
+	$(CXX) $(FLAGS) $^ -o $@
 
 sanitize:  ## the tests under the address and undefined-behaviour sanitizers
 	$(MAKE) test BUILD=build/sanitize-$(ISA) FLAGS='-std=c++20 -O1 -g1 $(isa_$(ISA)) -ffp-contract=off -fno-math-errno -fopenmp -fsanitize=address,undefined -fno-sanitize-recover=undefined'
@@ -75,8 +80,8 @@ build/lockstep: $(BUILD)/lockstep
 $(BUILD)/lockstep: $(kernel) $(verify)
 	$(CXX) $(FLAGS) $^ -o $@
 
-$(BUILD)/tests: $(kernel) $(filter-out %/main.o,$(verify)) $(tests)
-	$(CXX) $(FLAGS) $^ -lgtest -lgtest_main -pthread -o $@
+$(BUILD)/unit_tests: $(kernel) $(filter-out %/main.o,$(verify)) $(tests)
+	$(CXX) $(FLAGS) $^ -lgtest_main -lgtest -pthread -o $@
 
 compile = @mkdir -p $(@D) && echo "compile $@" && $(CXX) $(FLAGS) -I. -I$(BUILD) -MMD -MP
 $(BUILD)/%.float.o: %.cpp Makefile

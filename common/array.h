@@ -1,6 +1,7 @@
 // Arrays that lanes touch: 64-byte aligned and padded, so that sixteen lanes may be loaded from any element on.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <new>
 #include <vector>
@@ -9,14 +10,25 @@ namespace lockstep {
 
 inline constexpr std::size_t array_alignment = 64;  // one cache line, one AVX-512 vector
 
+// Large blocks come from the system at page boundaries. Twenty arrays of particles that all begin there would want the same
+// few sets of the first-level cache for the same index, and push one another out (rebuild_grid: 3.6 ms instead of 0.9). So each
+// block begins some cache lines further into its page than the block before.
 template <class T>
 struct AlignedAllocator {
   using value_type = T;
   AlignedAllocator() = default;
   template <class U>
   AlignedAllocator(const AlignedAllocator<U>&) {}
-  T* allocate(std::size_t n) { return static_cast<T*>(::operator new(n * sizeof(T), std::align_val_t{array_alignment})); }
-  void deallocate(T* p, std::size_t) { ::operator delete(p, std::align_val_t{array_alignment}); }
+
+  T* allocate(std::size_t n) {
+    static std::atomic<std::size_t> blocks = 0;
+    const std::size_t lines_in = 1 + 3 * blocks++ % 61;
+    char* block = static_cast<char*>(::operator new(lines_in * array_alignment + n * sizeof(T), std::align_val_t{array_alignment}));
+    void** array = reinterpret_cast<void**>(block + lines_in * array_alignment);
+    array[-1] = block;  // for deallocate
+    return reinterpret_cast<T*>(array);
+  }
+  void deallocate(T* array, std::size_t) { ::operator delete(reinterpret_cast<void**>(array)[-1], std::align_val_t{array_alignment}); }
   bool operator==(const AlignedAllocator&) const = default;
 };
 

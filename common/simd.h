@@ -7,7 +7,7 @@
 // scalar expression in the comment compiled with -ffp-contract=off. (As in scalar code, which NaN comes out of
 // arithmetic on NaNs is open.)
 //
-// Why a layer of our own and not a library: notes/experiments/simd_layers.
+// Why a layer of our own and not a library: notes/simd.md.
 
 #ifndef LOCKSTEP_COMMON_SIMD_H
 #define LOCKSTEP_COMMON_SIMD_H
@@ -27,6 +27,7 @@ inline constexpr int lanes = 16;
 struct floatv;  // floatv(float x) is implicit and sets every lane to x; floatv() is uninitialised
 struct intv;    // intv(std::int32_t x), likewise
 struct maskv;   // one truth value a lane; a lane is active where it is true
+struct Records; // floatv field[8]
 
 // Memory. Any alignment. Memory of inactive lanes is not touched, it need not even be there.
 floatv load(const float* p);                                             // p[l]
@@ -46,6 +47,10 @@ void scatter(std::int32_t* base, intv index, intv v);                    //   th
 void scatter(float* base, intv index, floatv v, maskv mask);             // if (mask) base[index] = v; among equal
 void scatter(std::int32_t* base, intv index, intv v, maskv mask);        //   indices the highest active lane wins
 
+// Whole records: sixteen records of eight floats, and what lane l finds in field f of its own. One access a record, where
+// eight gathers would be eight; 32-byte aligned.
+Records load_records(const float* records, const std::int32_t* index);   // field[f] lane l = records[8 * index[l] + f]
+
 // Arithmetic. Each operation on floatv rounds once, to nearest; intv wraps around.
 floatv operator+(floatv a, floatv b);
 floatv operator-(floatv a, floatv b);
@@ -57,8 +62,6 @@ floatv max(floatv a, floatv b);       // a > b ? a : b, so b when either is NaN 
 floatv abs(floatv a);                 // clears the sign
 floatv sqrt(floatv a);                // correctly rounded
 floatv fma(floatv a, floatv b, floatv c);  // a * b + c rounded once, on every back end
-floatv rsqrt(floatv a);               // 1 / sqrt(a) to within rsqrt_error, for positive normal a only; its bits
-                                      //   differ between back ends, and may between makers of processors
 intv operator+(intv a, intv b);
 intv operator-(intv a, intv b);
 intv operator*(intv a, intv b);       // the low 32 bits of the product
@@ -110,17 +113,6 @@ float reduce_max(floatv v);           // by max(a, b), likewise
 std::int32_t reduce_add(intv v);      // wraps around
 floatv compress(maskv mask, floatv v);  // the active lanes, moved to the front in order; the rest 0
 intv compress(maskv mask, intv v);
-
-// The bound on |rsqrt(a) sqrt(a) - 1| for every back end, where u = 2^-24 is the bound of one rounding.
-//
-// Let y = (1 + e) / sqrt(a) be the estimate. The Newton step, with h = a y, r = 1 - h y and y + (y / 2) r, gives
-//     (1 - 3/2 e^2 - 1/2 e^3) / sqrt(a)
-// if exact. Rounding h moves r by u, hence the result by u / 2; the last operation rounds once more, u. Rounding
-// r, itself about 2 e, is a matter of 1e-3 u, as are the products of errors.
-//     avx2      e <= 1.5 * 2^-12 (rsqrtps):   3.376 u + 0.5 u + u = 4.88 u
-//     avx512    e <= 2^-14 (rsqrt14):         0.094 u + 0.5 u + u = 1.60 u
-//     portable  one square root, one division:                      2 u
-inline constexpr float rsqrt_error = 5 * 0x1p-24f;
 
 }  // namespace lockstep
 

@@ -4,8 +4,6 @@
 // - masked memory operations act on active lanes only, and do not touch the memory of inactive ones: it is a page
 //   that may not be accessed
 // - reductions follow the documented tree, so that all back ends agree
-// - rsqrt keeps its bound on every float of two neighbouring binades, which hold every mantissa with either parity
-//   of the exponent, and all that an estimate depends on
 //
 // An operation is written once, as a generic lambda: applied to floatv it is what is tested, applied to float it is
 // the reference.
@@ -445,25 +443,18 @@ TEST(Simd, ReductionsFollowTheTree) {
     }
 }
 
-// Largest |rsqrt(x) sqrt(x) - 1| over the floats in [first, last), all or with `step` - 1 left out between two.
-double worst_rsqrt(float first, float last, std::uint32_t step) {
-    double worst = 0;
-    Floats x;
-    const std::uint32_t stride = lanes * step, end = std::bit_cast<std::uint32_t>(last);
-    for (std::uint32_t b = std::bit_cast<std::uint32_t>(first); b + stride <= end; b += stride) {
-        for (std::uint32_t l = 0; l < lanes; ++l) x[l] = std::bit_cast<float>(b + l * step);
-        const Floats y = values(rsqrt(load(x)));
-        for (int l = 0; l < lanes; ++l) worst = std::max(worst, std::fabs(y[l] * std::sqrt(double{x[l]}) - 1));
+TEST(Simd, LoadsWholeRecords) {
+    constexpr int records = 40;
+    alignas(32) float base[8 * records];
+    for (int k = 0; k < 8 * records; ++k) base[k] = static_cast<float>(k);
+    std::mt19937 random(7);
+    for (int repeat = 0; repeat < 100; ++repeat) {
+        Ints index;
+        for (std::int32_t& i : index) i = static_cast<std::int32_t>(random() % records);
+        const Records r = load_records(base, index.data());
+        for (int f = 0; f < 8; ++f)
+            for (int l = 0; l < lanes; ++l) ASSERT_EQ(values(r.field[f])[l], base[8 * index[l] + f]);
     }
-    return worst;
-}
-
-TEST(Simd, RsqrtKeepsItsBound) {
-    const double mantissas = worst_rsqrt(1, 4, 1);
-    const double exponents = worst_rsqrt(FLT_MIN, inf, 997);
-    EXPECT_LE(mantissas, rsqrt_error);
-    EXPECT_LE(exponents, rsqrt_error);
-    RecordProperty("worst_in_units_of_2^-24", std::to_string(std::max(mantissas, exponents) * 0x1p24));
 }
 
 }  // namespace

@@ -68,11 +68,11 @@ std::shared_ptr<const Inputs> make_inputs(const std::string& path) {
   for (int frame = 0; frame < settling_frames && !in->scene.holds.lattice_density; ++frame) serial::step_symmetric(f);
   in->unsorted = f.particles;
   serial::rebuild_grid(f.grid, f.particles, f.sorted);
-  serial::densities_symmetric(f.model, f.grid, f.particles, f.density);
-  serial::forces_symmetric(f.model, f.grid, f.particles, f.density, f.acceleration);
+  serial::densities_owner_gather(f.model, f.grid, f.particles, f.neighbours, f.density);
+  serial::forces_symmetric(f.model, f.grid, f.particles, f.neighbours, f.density, f.acceleration);
   in->truth = convert<double>(f);
   Fluid<double> truth = in->truth;
-  serial::densities_symmetric(truth.model, truth.grid, truth.particles, truth.density);
+  serial::densities_symmetric(truth.model, truth.grid, truth.particles, truth.neighbours, truth.density);
   in->true_density.assign(truth.density.begin(), truth.density.begin() + f.particles.count);
   in->density_rounding = density_rounding(in->truth, in->true_density);
   count_pairs(*in);
@@ -153,15 +153,17 @@ Case rebuild_grid_case(const std::string& path, RebuildGrid<float>* openmp) {
 Case densities_case(const std::string& path, Densities<float>* twin, Densities<float>* openmp) {
   struct State {
     std::shared_ptr<const Inputs> in;
+    Neighbours<float> neighbours;
     Array<float> openmp, serial, unused;
   };
-  auto s = std::make_shared<State>(State{inputs(path), {}, {}, {}});
+  auto s = std::make_shared<State>(State{inputs(path), {}, {}, {}, {}});
   const Fluid<float>& f = s->in->fluid;
   const double n = f.particles.count;
   Densities<float>* best = serial::densities_symmetric;
   const auto with = [s](Densities<float>* densities, Array<float>& density) -> std::function<void()> {
-    return [s, densities, &density] { densities(s->in->fluid.model, s->in->fluid.grid, s->in->fluid.particles, density); };
+    return [s, densities, &density] { densities(s->in->fluid.model, s->in->fluid.grid, s->in->fluid.particles, s->neighbours, density); };
   };
+  s->neighbours = make_neighbours(f.grid, f.particles.count);
   s->openmp = s->serial = s->unused = Array<float>(padded(f.particles.count));
   return {
       .reset = [s] { std::fill(s->openmp.begin(), s->openmp.end(), 0.f); },
@@ -186,21 +188,23 @@ Case densities_case(const std::string& path, Densities<float>* twin, Densities<f
 Case forces_case(const std::string& path, Forces<float>* twin, Forces<float>* openmp) {
   struct State {
     std::shared_ptr<const Inputs> in;
+    Neighbours<float> neighbours;  // those of the serial densities; a copy, for the scratch in it
     Vectors<float> openmp, serial, unused;
     Vectors<double> truth, rounding;
   };
-  auto s = std::make_shared<State>(State{inputs(path), {}, {}, {}, {}, {}});
+  auto s = std::make_shared<State>(State{inputs(path), {}, {}, {}, {}, {}, {}});
+  s->neighbours = s->in->fluid.neighbours;
   const Fluid<float>& f = s->in->fluid;
-  const Fluid<double>& truth = s->in->truth;
+  Fluid<double> truth = s->in->truth;
   const int count = f.particles.count;
   const double n = count;
   for (Vectors<float>* v : {&s->openmp, &s->serial, &s->unused}) v->resize(count);
   s->truth.resize(count);
-  serial::forces_symmetric(truth.model, truth.grid, truth.particles, truth.density, s->truth);
+  serial::forces_symmetric(truth.model, truth.grid, truth.particles, truth.neighbours, truth.density, s->truth);
   s->rounding = force_rounding(truth, truth.density, std::vector<double>(count, 0));
   Forces<float>* best = serial::forces_symmetric;
   const auto with = [s](Forces<float>* forces, Vectors<float>& a) -> std::function<void()> {
-    return [s, forces, &a] { forces(s->in->fluid.model, s->in->fluid.grid, s->in->fluid.particles, s->in->fluid.density, a); };
+    return [s, forces, &a] { forces(s->in->fluid.model, s->in->fluid.grid, s->in->fluid.particles, s->neighbours, s->in->fluid.density, a); };
   };
   return {
       .reset = [s, count] { s->openmp = Vectors<float>(), s->openmp.resize(count); },

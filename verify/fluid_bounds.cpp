@@ -66,22 +66,18 @@ Vectors<double> force_rounding(const Fluid<double>& truth, std::span<const doubl
     const double slope = model.pressure_coefficient * scale * overlap / distance;  // of the pressure in the sum of the densities
     const double pressure = std::abs(slope * (density[i] + density[j] - model.twice_rest_density));
     const double viscosity = model.viscosity_coefficient * scale;
-    // overlap = h - distance cancels: an error of u h in it is u h / overlap of each power of it. The sum of the densities less
-    // twice the rest density cancels too: its own rounding is that of the density sum.
-    const double condition = h / overlap, cancelled = slope * (density[i] + density[j]);
     const double relative = density_error[i] / density[i] + density_error[j] / density[j];
     const double error = slope * (density_error[i] + density_error[j]);
     const auto add = [&](Array<double>& to, Array<double>& through_density, double d, double dv) {
-      to[i] += std::abs(d) * (pressure * (1 + 2 * condition) + cancelled) + std::abs(dv) * viscosity * (1 + condition);
+      to[i] += std::abs(d) * pressure + std::abs(dv) * viscosity;
       through_density[i] += std::abs(d) * (pressure * relative + error) + std::abs(dv) * viscosity * relative;
     };
     add(sum.x, by_density.x, dx, v.x[j] - v.x[i]);
     add(sum.y, by_density.y, dy, v.y[j] - v.y[i]);
     add(sum.z, by_density.z, dz, v.z[j] - v.z[i]);
   });
-  constexpr double roundings_per_term = 16;
   for (int i = 0; i < count; ++i) {
-    const double factor = (terms[i] + roundings_per_term) * unit_roundoff;
+    const double factor = terms[i] * unit_roundoff;
     sum.x[i] = factor * sum.x[i] + by_density.x[i];
     sum.y[i] = factor * sum.y[i] + by_density.y[i];
     sum.z[i] = factor * sum.z[i] + by_density.z[i];

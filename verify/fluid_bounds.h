@@ -12,7 +12,7 @@ namespace lockstep::verify {
 // density with n the number of terms.
 std::vector<double> density_rounding(const fluid::Fluid<double>& truth, std::span<const double> density);
 
-// For each particle and axis, m/s^2: the same of accelerations, (n + 16) u sum of conditioned |terms|, where densities are given to
+// For each particle and axis, m/s^2: the same of accelerations, n u sum |terms|, where densities are given to
 // within density_error (kg/m^3, of each particle; zero where both implementations are given the same).
 Vectors<double> force_rounding(const fluid::Fluid<double>& truth, std::span<const double> density, std::span<const double> density_error);
 

@@ -91,7 +91,7 @@ double momentum_rounding(const Fluid<float>& after_step) {
   // Each particle's acceleration is off by force_rounding at the most, and hv + a dt rounds twice.
   Fluid<double> fluid = convert<double>(after_step);
   serial::rebuild_grid(fluid.grid, fluid.particles, fluid.sorted);
-  serial::densities_symmetric(fluid.model, fluid.grid, fluid.particles, fluid.density);
+  serial::densities_symmetric(fluid.model, fluid.grid, fluid.particles, fluid.neighbours, fluid.density);
   const Vectors<double> a = force_rounding(fluid, fluid.density, std::vector<double>(fluid.particles.count, 0));
   const Vectors<double>& hv = fluid.particles.half_velocity;
   double sum = 0;

@@ -50,7 +50,7 @@ int run(const RunOptions& options) {
     if (one_file) return;
     if (frame == 0) {
       fluid::serial::rebuild_grid(state.grid, state.particles, state.sorted);
-      fluid::serial::densities_symmetric(state.model, state.grid, state.particles, state.density);
+      fluid::serial::densities_symmetric(state.model, state.grid, state.particles, state.neighbours, state.density);
     }
     char name[32];
     std::snprintf(name, sizeof name, "/frame_%05d.vtk", frame);

@@ -33,8 +33,9 @@ Grid<To> convert(const Grid<From>& g) {
 
 template <class To, class From>
 Fluid<To> convert(const Fluid<From>& f) {
-  return {convert<To>(f.model),  convert<To>(f.grid),    convert<To>(f.particles),
-          convert<To>(f.sorted), convert<To>(f.density), convert<To>(f.acceleration)};
+  const Grid<To> grid = convert<To>(f.grid);
+  return {convert<To>(f.model), grid,  convert<To>(f.particles), convert<To>(f.sorted), make_neighbours(grid, f.particles.count),
+          convert<To>(f.density), convert<To>(f.acceleration)};
 }
 
 }  // namespace lockstep::fluid

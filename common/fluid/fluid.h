@@ -5,6 +5,7 @@
 
 #include "common/fluid/grid.h"
 #include "common/fluid/model.h"
+#include "common/fluid/neighbours.h"
 #include "common/fluid/particles.h"
 
 namespace lockstep::fluid {
@@ -16,6 +17,7 @@ struct Fluid {
   Grid<Real> grid;
   Particles<Real> particles;
   Particles<Real> sorted;  // where rebuild_grid writes; then the two are swapped
+  Neighbours<Real> neighbours;  // of the forms that keep lists
   Array<Real> density;     // kg/m^3, of each particle
   Vectors<Real> acceleration;  // m/s^2, of each particle
 };
@@ -23,9 +25,10 @@ struct Fluid {
 // A simulation at its first instant. Takes the particles, whose ids must be 0 .. count - 1 in some order.
 template <class Real>
 Fluid<Real> make_fluid(const Model<Real>& model, Particles<Real> particles) {
-  Fluid<Real> fluid{.model = model, .grid = make_grid(model), .particles = std::move(particles), .sorted = {}, .density = {}, .acceleration = {}};
+  Fluid<Real> fluid{.model = model, .grid = make_grid(model), .particles = std::move(particles), .sorted = {}, .neighbours = {}, .density = {}, .acceleration = {}};
   const int n = fluid.particles.count;
   fluid.sorted.resize(n);
+  fluid.neighbours = make_neighbours(fluid.grid, n);
   fluid.density.resize(padded(n));
   fluid.acceleration.resize(n);
   return fluid;

@@ -6,6 +6,7 @@
 // with d = sqrt(max(r^2, min_distance_2)). The term of (j, i) is minus that of (i, j), so momentum is conserved.
 //
 // In:      particles in cell order, with grid.cell_begin to match (rebuild_grid), and their densities.
+//          neighbours, of the owner-gather forms: as densities_owner_gather left them. Their record is scratch.
 // Out:     acceleration[i] for i < count, m/s^2.
 // Source:  [Mueller 2003] with the symmetrised terms of notes/fluid.md; [LRB08] "Thread Synchronization", Figure 9.
 #pragma once
@@ -13,13 +14,14 @@
 #include <span>
 
 #include "common/fluid/grid.h"
+#include "common/fluid/neighbours.h"
 #include "common/fluid/particles.h"
 
 namespace lockstep::fluid {
 
 template <class Real>
-using Forces = void(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, std::span<const Real> density,
-                    Vectors<Real>& acceleration);
+using Forces = void(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>& neighbours,
+                    std::span<const Real> density, Vectors<Real>& acceleration);
 
 namespace serial {
 Forces<float> forces_symmetric, forces_owner_gather;
@@ -29,7 +31,7 @@ Forces<double> forces_symmetric, forces_owner_gather;
 namespace openmp {
 Forces<float> forces_cell_locks;    // symmetric, every update of a cell under that cell's lock
 Forces<float> forces_sub_grid;      // symmetric, locks only for cells that two threads' sub-grids touch
-Forces<float> forces_owner_gather;  // each particle sums its own neighbours: twice the work, no lock
+Forces<float> forces_owner_gather;  // each particle sums its own neighbours: twice the terms, no lock
 }  // namespace openmp
 
 }  // namespace lockstep::fluid

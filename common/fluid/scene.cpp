@@ -168,7 +168,7 @@ Particles<float> make_particles(const std::vector<Block>& blocks, std::uint64_t 
     for (int z = 0; z < points.z; ++z)
       for (int y = 0; y < points.y; ++y)
         for (int x = 0; x < points.x; ++x, ++i) {
-          const auto coordinate = [&](double min, int point, int axis) {
+          const auto coordinate = [&, spacing = spacing, jitter = jitter](double min, int point, int axis) {
             const double shift = jitter * (random_fraction(seed, 3 * std::uint64_t(i) + axis) - .5);
             return static_cast<float>(min + (point + .5 + shift) * spacing);
           };

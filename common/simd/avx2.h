@@ -61,6 +61,41 @@ LOCKSTEP_INLINE void store(std::int32_t* p, intv v, maskv mask) {
     _mm256_maskstore_epi32(p + 8, mask.hi, v.hi);
 }
 
+struct Records {
+    floatv field[8];
+};
+
+// Eight rows of eight floats become eight columns.
+LOCKSTEP_INLINE void transpose(__m256 (&row)[8]) {
+    __m256 pair[8], quad[8];
+    for (int l = 0; l < 8; l += 2) {
+        pair[l] = _mm256_unpacklo_ps(row[l], row[l + 1]);
+        pair[l + 1] = _mm256_unpackhi_ps(row[l], row[l + 1]);
+    }
+    for (int l = 0; l < 8; l += 4)
+        for (int k = 0; k < 2; ++k) {
+            quad[l + 2 * k] = _mm256_shuffle_ps(pair[l + k], pair[l + k + 2], 0x44);
+            quad[l + 2 * k + 1] = _mm256_shuffle_ps(pair[l + k], pair[l + k + 2], 0xee);
+        }
+    for (int f = 0; f < 4; ++f) {
+        row[f] = _mm256_permute2f128_ps(quad[f], quad[f + 4], 0x20);
+        row[f + 4] = _mm256_permute2f128_ps(quad[f], quad[f + 4], 0x31);
+    }
+}
+
+LOCKSTEP_INLINE Records load_records(const float* records, const std::int32_t* index) {
+    __m256 low[8], high[8];
+    for (int l = 0; l < 8; ++l) {
+        low[l] = _mm256_load_ps(records + 8 * index[l]);
+        high[l] = _mm256_load_ps(records + 8 * index[l + 8]);
+    }
+    transpose(low);
+    transpose(high);
+    Records r;
+    for (int f = 0; f < 8; ++f) r.field[f] = {low[f], high[f]};
+    return r;
+}
+
 LOCKSTEP_INLINE floatv gather(const float* base, intv index, maskv mask) {
     const __m256 zero = _mm256_setzero_ps();
     return {_mm256_mask_i32gather_ps(zero, base, index.lo, as_float(mask.lo), sizeof(float)),
@@ -93,10 +128,6 @@ LOCKSTEP_INLINE floatv abs(floatv a) {
 LOCKSTEP_INLINE floatv sqrt(floatv a) { return {_mm256_sqrt_ps(a.lo), _mm256_sqrt_ps(a.hi)}; }
 LOCKSTEP_INLINE floatv fma(floatv a, floatv b, floatv c) {
     return {_mm256_fmadd_ps(a.lo, b.lo, c.lo), _mm256_fmadd_ps(a.hi, b.hi, c.hi)};
-}
-LOCKSTEP_INLINE floatv rsqrt(floatv a) {
-    const floatv y = {_mm256_rsqrt_ps(a.lo), _mm256_rsqrt_ps(a.hi)};
-    return fma(0.5f * y, fma(-(a * y), y, 1.0f), y);
 }
 
 LOCKSTEP_INLINE intv operator+(intv a, intv b) {

@@ -43,6 +43,38 @@ LOCKSTEP_INLINE void store(std::int32_t* p, intv v) { _mm512_storeu_si512(p, v.v
 LOCKSTEP_INLINE void store(float* p, floatv v, maskv mask) { _mm512_mask_storeu_ps(p, mask.m, v.v); }
 LOCKSTEP_INLINE void store(std::int32_t* p, intv v, maskv mask) { _mm512_mask_storeu_epi32(p, mask.m, v.v); }
 
+struct Records {
+    floatv field[8];
+};
+
+// Record l and record l + 8 share a register; three rounds of shuffles turn eight such rows into eight fields.
+LOCKSTEP_INLINE Records load_records(const float* records, const std::int32_t* index) {
+    __m512 row[8], pair[8], quad[8];
+    for (int l = 0; l < 8; ++l) {
+        const __m512d low = _mm512_castpd256_pd512(_mm256_load_pd(reinterpret_cast<const double*>(records + 8 * index[l])));
+        const __m256d high = _mm256_load_pd(reinterpret_cast<const double*>(records + 8 * index[l + 8]));
+        row[l] = _mm512_castpd_ps(_mm512_insertf64x4(low, high, 1));
+    }
+    for (int l = 0; l < 8; l += 2) {
+        pair[l] = _mm512_unpacklo_ps(row[l], row[l + 1]);
+        pair[l + 1] = _mm512_unpackhi_ps(row[l], row[l + 1]);
+    }
+    for (int l = 0; l < 8; l += 4)
+        for (int k = 0; k < 2; ++k) {
+            const __m512d a = _mm512_castps_pd(pair[l + k]), b = _mm512_castps_pd(pair[l + k + 2]);
+            quad[l + 2 * k] = _mm512_castpd_ps(_mm512_unpacklo_pd(a, b));
+            quad[l + 2 * k + 1] = _mm512_castpd_ps(_mm512_unpackhi_pd(a, b));
+        }
+    const __m512i low = _mm512_setr_epi32(0, 1, 2, 3, 16, 17, 18, 19, 8, 9, 10, 11, 24, 25, 26, 27);
+    const __m512i high = _mm512_setr_epi32(4, 5, 6, 7, 20, 21, 22, 23, 12, 13, 14, 15, 28, 29, 30, 31);
+    Records r;
+    for (int f = 0; f < 4; ++f) {
+        r.field[f] = _mm512_permutex2var_ps(quad[f], low, quad[f + 4]);
+        r.field[f + 4] = _mm512_permutex2var_ps(quad[f], high, quad[f + 4]);
+    }
+    return r;
+}
+
 LOCKSTEP_INLINE floatv gather(const float* base, intv index, maskv mask) {
     return _mm512_mask_i32gather_ps(_mm512_setzero_ps(), mask.m, index.v, base, sizeof(float));
 }
@@ -71,10 +103,6 @@ LOCKSTEP_INLINE floatv max(floatv a, floatv b) { return _mm512_max_ps(a.v, b.v);
 LOCKSTEP_INLINE floatv abs(floatv a) { return _mm512_abs_ps(a.v); }
 LOCKSTEP_INLINE floatv sqrt(floatv a) { return _mm512_sqrt_ps(a.v); }
 LOCKSTEP_INLINE floatv fma(floatv a, floatv b, floatv c) { return _mm512_fmadd_ps(a.v, b.v, c.v); }
-LOCKSTEP_INLINE floatv rsqrt(floatv a) {
-    const floatv y = _mm512_rsqrt14_ps(a.v);
-    return fma(0.5f * y, fma(-(a * y), y, 1.0f), y);
-}
 
 LOCKSTEP_INLINE intv operator+(intv a, intv b) { return _mm512_add_epi32(a.v, b.v); }
 LOCKSTEP_INLINE intv operator-(intv a, intv b) { return _mm512_sub_epi32(a.v, b.v); }

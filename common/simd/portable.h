@@ -70,6 +70,17 @@ LOCKSTEP_INLINE void store(std::int32_t* p, intv v, maskv mask) {
         if (mask.lane[l]) p[l] = v.lane[l];
 }
 
+struct Records {
+    floatv field[8];
+};
+
+LOCKSTEP_INLINE Records load_records(const float* records, const std::int32_t* index) {
+    Records r;
+    for (int l = 0; l < lanes; ++l)
+        for (int f = 0; f < 8; ++f) r.field[f].lane[l] = records[8 * index[l] + f];
+    return r;
+}
+
 LOCKSTEP_INLINE floatv gather(const float* base, intv index) {
     return float_lanes([&](int l) { return base[index.lane[l]]; });
 }
@@ -121,7 +132,6 @@ LOCKSTEP_INLINE floatv sqrt(floatv a) { return float_lanes([&](int l) { return s
 LOCKSTEP_INLINE floatv fma(floatv a, floatv b, floatv c) {
     return float_lanes([&](int l) { return std::fma(a.lane[l], b.lane[l], c.lane[l]); });
 }
-LOCKSTEP_INLINE floatv rsqrt(floatv a) { return 1.0f / sqrt(a); }
 
 // Through unsigned, where wrapping around is defined.
 LOCKSTEP_INLINE std::uint32_t modular(std::int32_t x) { return static_cast<std::uint32_t>(x); }

@@ -5,39 +5,54 @@
 // vector. Packed once, the candidates serve all particles of the cell as full vectors, from the first-level cache.
 #pragma once
 
-
-
-
-#include <array>
+#include <cstdint>
 
 #include "common/fluid/grid.h"
 #include "common/simd.h"
 
 namespace lockstep::fluid::openmp {
 
-// The position of padding: farther from any particle than h, and its square still finite.
-inline constexpr float far_away = 1e10f;
-
-// `fields` arrays side by side; room grows as needed and is kept from cell to cell. One a thread.
-template <int fields>
+// One a thread; its arrays grow as needed and are kept from cell to cell.
 struct Candidates {
-  std::array<Array<float>, fields> field;
+  Array<float> x, y, z;
+  Array<std::int32_t> index;
   int count = 0;
 
-  // Copies the runs of each source array. What fills up the last vector is `padding[f]`.
-  void pack(const Runs& runs, const std::array<const float*, fields>& source, const std::array<float, fields>& padding) {
+  // What fills up the last vector stands farther from any particle than h; its square is still finite.
+  static constexpr float far_away = 1e10f;
+
+  struct Pointers {
+    const float *x, *y, *z;
+    const std::int32_t* index;
+    int count;
+  };
+  Pointers pointers() const { return {x.data(), y.data(), z.data(), index.data(), count}; }
+
+  void pack(const Runs& runs, const Vectors<float>& position) {
     count = 0;
     for (const Run& run : runs) count += run.end - run.begin;
-    for (Array<float>& f : field)
-      if (f.size() < padded(count)) f.resize(2 * padded(count));
+    if (x.size() < padded(count)) {
+      for (Array<float>* component : {&x, &y, &z}) component->resize(2 * padded(count));
+      index.resize(2 * padded(count));
+    }
+    float *to_x = x.data(), *to_y = y.data(), *to_z = z.data();
+    std::int32_t* to_index = index.data();
+    const float *from_x = position.x.data(), *from_y = position.y.data(), *from_z = position.z.data();
     int k = 0;
     for (const Run& run : runs) {
       // Whole vectors: what is written beyond a run is overwritten by the next one.
-      for (int j = run.begin; j < run.end; j += lanes)
-        for (int f = 0; f < fields; ++f) store(&field[f][k + j - run.begin], load(source[f] + j));
+      for (int j = run.begin; j < run.end; j += lanes) {
+        const int to = k + j - run.begin;
+        store(to_x + to, load(from_x + j));
+        store(to_y + to, load(from_y + j));
+        store(to_z + to, load(from_z + j));
+        store(to_index + to, lane_index() + j);
+      }
       k += run.end - run.begin;
     }
-    for (int f = 0; f < fields; ++f) store(&field[f][count], floatv(padding[f]));
+    store(&x[count], floatv(far_away));
+    store(&y[count], floatv(far_away));
+    store(&z[count], floatv(far_away));
   }
 };
 

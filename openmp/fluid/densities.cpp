@@ -71,44 +71,64 @@ void densities_symmetric(const Model<Real>& model, const Grid<Real>& grid, const
   }
 }
 
+// Room in a list for n neighbours, written a whole vector at a time; what it grows by is zero, the index of a particle there is.
+void make_room(Array<std::int32_t>& list, std::size_t n) {
+  if (list.size() < padded(n)) list.resize(2 * padded(n));
+}
+
 }  // namespace
 
-void densities_cell_locks(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, std::span<Real> density) {
+void densities_cell_locks(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>&,
+                          std::span<Real> density) {
   densities_symmetric(model, grid, particles, density, make_cell_locks(grid, omp_get_max_threads()));
 }
 
-void densities_sub_grid(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, std::span<Real> density) {
+void densities_sub_grid(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>&,
+                        std::span<Real> density) {
   densities_symmetric(model, grid, particles, density, make_sub_grids(grid, omp_get_max_threads()));
 }
 
-void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, std::span<Real> density) {
+void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
+                            Neighbours<Real>& neighbours, std::span<Real> density) {
   const Real h2 = model.smoothing_length_2;
   const Vectors<Real>& p = particles.position;
   const int rows = grid.y.cells * grid.z.cells;
 
 #pragma omp parallel
   {
-    Candidates<3> candidates;
-    const auto& [cx, cy, cz] = candidates.field;
-    // A cell writes the densities of its own particles alone. Rows of cells differ in work, hence dynamic.
+    Candidates candidates;
+    // A row of cells writes the densities and the lists of its own particles alone. Rows differ in work, hence dynamic.
 #pragma omp for schedule(dynamic, 4)
-    for (int row = 0; row < rows; ++row)
+    for (int row = 0; row < rows; ++row) {
+      const int y = row % grid.y.cells, z = row / grid.y.cells;
+      Array<std::int32_t>& list = neighbours.row[row];
+      int end = 0;
       for (int x = 0; x < grid.x.cells; ++x) {
-        const int y = row % grid.y.cells, z = row / grid.y.cells;
         const Run own = row_run(grid, x, x, y, z);
         if (own.begin == own.end) continue;
-        candidates.pack(neighbour_runs(grid, x, y, z), {p.x.data(), p.y.data(), p.z.data()}, {far_away, far_away, far_away});
+        candidates.pack(neighbour_runs(grid, x, y, z), p);
+        // Held in registers: to the compiler, the stores below could change what arrays and lists point to.
+        const auto [cx, cy, cz, index, count] = candidates.pointers();
         for (int i = own.begin; i < own.end; ++i) {
+          make_room(list, end + count);
+          std::int32_t* const to = list.data();
+          const floatv x_i = p.x[i], y_i = p.y[i], z_i = p.z[i];
           floatv sum = 0;
-          for (int j = 0; j < candidates.count; j += lanes) {  // i itself adds its own term, h^6
-            const floatv dx = p.x[i] - load(&cx[j]), dy = p.y[i] - load(&cy[j]), dz = p.z[i] - load(&cz[j]);
+          for (int k = 0; k < count; k += lanes) {
+            const intv j = load(index + k);
+            const floatv dx = x_i - load(cx + k), dy = y_i - load(cy + k), dz = z_i - load(cz + k);
             const floatv r2 = dx * dx + dy * dy + dz * dz;
-            const floatv t = max(h2 - r2, 0.f);  // beyond h: nothing
+            const floatv t = max(h2 - r2, 0.f);  // beyond h: nothing; i itself adds its own term, h^6
             sum += t * t * t;
+            const maskv near = (r2 < h2) & (j != i);
+            store(to + end, compress(near, j));
+            end += lockstep::count(near);
           }
-          density[i] = model.density_coefficient * reduce_add(sum);
+          neighbours.end[i] = end;
+          density[i] = reduce_add(sum) * model.density_coefficient;
         }
       }
+    }
   }
 }
 

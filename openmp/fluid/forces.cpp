@@ -1,34 +1,58 @@
+// The acceleration of every particle by pressure and viscosity of its neighbours within h, and by gravity.
+//
+// Symmetric, under locks: every pair is met once; what it gives to one particle it takes from the other. Sixteen neighbours j
+// of one particle i at once; sub-grids and locks are as in densities.cpp, and so is the dependence on timing.
+//
+// Owner-gather: every particle meets all its neighbours, in the list that the densities left, sixteen at once, and sums for
+// itself. List entries are scattered over memory, so what a pair needs of a particle is first put side by side: one access a
+// neighbour instead of seven, turned into lanes by shuffles. No lock, and the same bits at every thread count.
+//
+// Source: [Mueller 2003]; [LRB08] Figure 9. The contract with the equation stands in common/fluid/forces.h.
 #include "common/fluid/forces.h"
+
 #include <algorithm>
+
 #include "common/real.h"
 #include "common/simd.h"
-#include "openmp/fluid/candidates.h"
 #include "openmp/fluid/sub_grids.h"
+
 namespace lockstep::fluid::openmp {
 namespace {
+
 using namespace lockstep::openmp;
+
 struct Lanes3 {
   floatv x, y, z;
 };
-Lanes3 pair_acceleration(const Model<Real>& model, floatv rho_i, floatv rho_j, const Lanes3& dp, const Lanes3& dv, floatv r2) {
+
+// What neighbours j do to particle i, r2 = |p_i - p_j|^2 < h^2 and dv = v_j - v_i.
+LOCKSTEP_INLINE Lanes3 pair_acceleration(const Model<Real>& model, Real density_i, floatv density_j, floatv dvx, floatv dvy, floatv dvz,
+                                         floatv dx, floatv dy, floatv dz, floatv r2) {
   const floatv distance = sqrt(max(r2, model.min_distance_2));
-  const floatv overlap = max(model.smoothing_length - distance,0.f);
-  const floatv scale = overlap / (rho_i * rho_j);
-  const floatv pressure = model.pressure_coefficient * scale * overlap / distance * (rho_i + rho_j - model.twice_rest_density);
+  const floatv overlap = model.smoothing_length - distance;
+  const floatv scale = overlap / (density_i * density_j);
+  const floatv pressure = model.pressure_coefficient * scale * overlap / distance * (density_i + density_j - model.twice_rest_density);
   const floatv viscosity = model.viscosity_coefficient * scale;
-  return {dp.x * pressure + dv.x * viscosity, dp.y * pressure + dv.y * viscosity, dp.z * pressure + dv.z * viscosity};
+  return {dx * pressure + dvx * viscosity,  //
+          dy * pressure + dvy * viscosity,  //
+          dz * pressure + dvz * viscosity};
 }
+
 void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, std::span<const Real> density,
                       Vectors<Real>& acceleration, const SubGrids& sub_grids) {
   const Real h2 = model.smoothing_length_2;
   const Vectors<Real>&p = particles.position, &v = particles.velocity;
   Vectors<Real>& a = acceleration;
   Locks locks(grid.cells());
+
 #pragma omp parallel
   {
+    // Every element is one thread's; the loop's barrier ends it before any pair is added.
 #pragma omp for simd schedule(static)
     for (int i = 0; i < particles.count; ++i) a.x[i] = model.gravity.x, a.y[i] = model.gravity.y, a.z[i] = model.gravity.z;
+
     std::vector<Lanes3> sum;
+    // Threads share no particle of a private cell; a shared cell's accelerations are read and written under its lock only.
 #pragma omp for schedule(static, 1)
     for (const SubGrid& sub_grid : sub_grids.sub_grid)
       for (int z = sub_grid.z.begin; z < sub_grid.z.end; ++z)
@@ -46,10 +70,10 @@ void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Pa
                   const floatv r2 = dx * dx + dy * dy + dz * dz;
                   const maskv near = inside & (r2 < h2);
                   if (none(near)) continue;
-                  const Lanes3 dv={load(&v.x[j])-v.x[i],load(&v.y[j])-v.y[i],load(&v.z[j])-v.z[i]};
-                  Lanes3 f = pair_acceleration(model, density[i], load(&density[j]), {dx, dy, dz}, dv, r2);
+                  const floatv dvx = load(&v.x[j]) - v.x[i], dvy = load(&v.y[j]) - v.y[i], dvz = load(&v.z[j]) - v.z[i];
+                  const Lanes3 f = pair_acceleration(model, density[i], load(&density[j]), dvx, dvy, dvz, dx, dy, dz, r2);
                   Lanes3& s = sum[i - own.begin];
-                  s.x += select(near, f.x, 0.f), s.y += select(near, f.y, 0.f), s.z += select(near, f.z, 0.f);
+                  where(near, s.x) += f.x, where(near, s.y) += f.y, where(near, s.z) += f.z;
                   store(&a.x[j], load(&a.x[j], near) - f.x, near);
                   store(&a.y[j], load(&a.y[j], near) - f.y, near);
                   store(&a.z[j], load(&a.z[j], near) - f.z, near);
@@ -64,48 +88,66 @@ void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Pa
           }
   }
 }
+
 }  // namespace
-void forces_cell_locks(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, std::span<const Real> density, Vectors<Real>& acceleration) {
+
+void forces_cell_locks(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>&,
+                       std::span<const Real> density, Vectors<Real>& acceleration) {
   forces_symmetric(model, grid, particles, density, acceleration, make_cell_locks(grid, omp_get_max_threads()));
 }
-void forces_sub_grid(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, std::span<const Real> density, Vectors<Real>& acceleration) {
+
+void forces_sub_grid(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>&,
+                     std::span<const Real> density, Vectors<Real>& acceleration) {
   forces_symmetric(model, grid, particles, density, acceleration, make_sub_grids(grid, omp_get_max_threads()));
 }
-void forces_owner_gather(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, std::span<const Real> density,
-                         Vectors<Real>& acceleration) {
+
+void forces_owner_gather(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>& neighbours,
+                         std::span<const Real> density, Vectors<Real>& acceleration) {
   const Vectors<Real>&p = particles.position, &v = particles.velocity;
   const int rows = grid.y.cells * grid.z.cells;
+  const Model<Real> constants = model;  // a copy of our own: stores cannot change it
+  Real* const records = neighbours.record.data();
+
 #pragma omp parallel
   {
-    Candidates<7> candidates;
-    const auto& [cx, cy, cz, cu, cv, cw, rho] = candidates.field;
+    // Every record is one thread's; the loop's barrier ends it before any is read.
+#pragma omp for schedule(static)
+    for (int i = 0; i < particles.count; ++i) {
+      Real* r = records + 8 * i;
+      r[0] = p.x[i], r[1] = p.y[i], r[2] = p.z[i], r[3] = density[i];
+      r[4] = v.x[i], r[5] = v.y[i], r[6] = v.z[i], r[7] = 0;
+    }
+
+    // A row of cells writes the accelerations of its own particles alone. Rows differ in work, hence dynamic.
 #pragma omp for schedule(dynamic, 4)
-    for (int row = 0; row < rows; ++row)
-      for (int x = 0; x < grid.x.cells; ++x) {
-        const int y = row % grid.y.cells, z = row / grid.y.cells;
-        const Run own = row_run(grid, x, x, y, z);
-        if (own.begin == own.end) continue;
-        candidates.pack(neighbour_runs(grid, x, y, z), {p.x.data(), p.y.data(), p.z.data(), v.x.data(), v.y.data(), v.z.data(), density.data()}, {far_away, far_away, far_away,0,0,0,1});
-        for (int i = own.begin; i < own.end; ++i) {
-          Lanes3 sp = {0.f, 0.f, 0.f}, sv = {0.f, 0.f, 0.f};
-          for (int j = 0; j < candidates.count; j += lanes) {
-            const floatv dx = p.x[i] - load(&cx[j]), dy = p.y[i] - load(&cy[j]), dz = p.z[i] - load(&cz[j]);
-            const floatv r2 = dx * dx + dy * dy + dz * dz;
-            const floatv rho_j=load(&rho[j]);
-            const floatv distance = sqrt(max(r2, model.min_distance_2));
-            const floatv overlap = max(model.smoothing_length - distance, 0.f);
-            const floatv scale = overlap / (distance * rho_j);
-            const floatv pressure = scale * overlap * (density[i] + rho_j - model.twice_rest_density);
-            const floatv viscosity = scale * distance;
-            sp.x += dx * pressure, sp.y += dy * pressure, sp.z += dz * pressure;
-            sv.x += (load(&cu[j]) - v.x[i]) * viscosity, sv.y += (load(&cv[j]) - v.y[i]) * viscosity, sv.z += (load(&cw[j]) - v.z[i]) * viscosity;
-          }
-          const Real cp=model.pressure_coefficient/density[i],cvv=model.viscosity_coefficient/density[i];
-          acceleration.x[i] = model.gravity.x + reduce_add(sp.x*cp+sv.x*cvv);
-          acceleration.y[i] = model.gravity.y + reduce_add(sp.y*cp+sv.y*cvv);
-          acceleration.z[i] = model.gravity.z + reduce_add(sp.z*cp+sv.z*cvv);
+    for (int row = 0; row < rows; ++row) {
+      const Run own = row_run(grid, 0, grid.x.cells - 1, row % grid.y.cells, row / grid.y.cells);
+      const std::int32_t* const list = neighbours.row[row].data();
+      int k = 0;
+      for (int i = own.begin; i < own.end; ++i) {
+        // Held in registers: to the compiler, the stores below could change what the arrays point to.
+        const floatv x_i = p.x[i], y_i = p.y[i], z_i = p.z[i], vx_i = v.x[i], vy_i = v.y[i], vz_i = v.z[i];
+        const Real density_i = density[i];
+        const int end = neighbours.end[i];
+        Lanes3 sum = {0.f, 0.f, 0.f};
+        for (; k < end; k += lanes) {
+          // Lanes beyond the end of the list meet particle 0.
+          const maskv inside = first_lanes(end - k);
+          alignas(array_alignment) std::int32_t j[lanes];
+          store(j, load(list + k, inside));
+          const auto [x_j, y_j, z_j, density_j, vx_j, vy_j, vz_j, unused] = load_records(records, j).field;
+          const floatv dx = x_i - x_j, dy = y_i - y_j, dz = z_i - z_j;
+          const floatv r2 = dx * dx + dy * dy + dz * dz;
+          const Lanes3 a = pair_acceleration(constants, density_i, density_j, vx_j - vx_i, vy_j - vy_i, vz_j - vz_i, dx, dy, dz, r2);
+          where(inside, sum.x) += a.x, where(inside, sum.y) += a.y, where(inside, sum.z) += a.z;
         }
+        k = end;
+        acceleration.x[i] = model.gravity.x + reduce_add(sum.x);
+        acceleration.y[i] = model.gravity.y + reduce_add(sum.y);
+        acceleration.z[i] = model.gravity.z + reduce_add(sum.z);
       }
+    }
   }
 }
+
 }  // namespace lockstep::fluid::openmp

@@ -14,10 +14,10 @@ namespace lockstep::fluid::openmp {
 namespace {
 
 void step(Fluid<Real>& fluid, RebuildGrid<Real> rebuild_grid, Densities<Real> densities, Forces<Real> forces) {
-  auto& [model, grid, particles, sorted, density, acceleration] = fluid;
+  auto& [model, grid, particles, sorted, neighbours, density, acceleration] = fluid;
   rebuild_grid(grid, particles, sorted);
-  densities(model, grid, particles, density);
-  forces(model, grid, particles, density, acceleration);
+  densities(model, grid, particles, neighbours, density);
+  forces(model, grid, particles, neighbours, density, acceleration);
   collisions(model, grid, particles, acceleration);
   advance(model, grid, acceleration, particles);
 }

@@ -5,7 +5,8 @@
 // what both papers parallelise.
 //
 // Owner-gather: every particle looks at all 27 cells and sums for itself. Twice the distance tests, but each particle is
-// written by one owner only, which is what lets openmp/ do without locks.
+// written by one owner only, which is what lets openmp/ do without locks. Whom it found it notes, so that the forces need
+// not look again.
 //
 // About 15 % of the pairs tested lie within h: a sphere of radius h fills that much of 27 cells of edge h.
 //
@@ -18,7 +19,8 @@
 
 namespace lockstep::fluid::serial {
 
-void densities_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, std::span<Real> density) {
+void densities_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
+                         Neighbours<Real>&, std::span<Real> density) {
   const Real h2 = model.smoothing_length_2;
   const Vectors<Real>& p = particles.position;
   std::fill(density.begin(), density.end(), h2 * h2 * h2);  // each particle's own term
@@ -47,29 +49,36 @@ void densities_symmetric(const Model<Real>& model, const Grid<Real>& grid, const
   for (int i = 0; i < particles.count; ++i) density[i] *= model.density_coefficient;
 }
 
-void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, std::span<Real> density) {
+void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
+                            Neighbours<Real>& neighbours, std::span<Real> density) {
   const Real h2 = model.smoothing_length_2;
   const Vectors<Real>& p = particles.position;
+  const int rows = grid.y.cells * grid.z.cells;
 
-  for (int z = 0; z < grid.z.cells; ++z)
-    for (int y = 0; y < grid.y.cells; ++y)
-      for (int x = 0; x < grid.x.cells; ++x) {
-        const Run own = row_run(grid, x, x, y, z);
-        const Runs neighbours = neighbour_runs(grid, x, y, z);
-        for (int i = own.begin; i < own.end; ++i) {
-          Real sum = 0;
-          for (const Run& run : neighbours)
-            for (int j = run.begin; j < run.end; ++j) {  // j == i adds the particle's own term, h^6
-              const Real dx = p.x[i] - p.x[j], dy = p.y[i] - p.y[j], dz = p.z[i] - p.z[j];
-              const Real r2 = dx * dx + dy * dy + dz * dz;
-              if (r2 < h2) {
-                const Real t = h2 - r2;
-                sum += t * t * t;
-              }
+  for (int row = 0; row < rows; ++row) {
+    const int y = row % grid.y.cells, z = row / grid.y.cells;
+    Array<std::int32_t>& list = neighbours.row[row];
+    list.clear();
+    for (int x = 0; x < grid.x.cells; ++x) {
+      const Run own = row_run(grid, x, x, y, z);
+      const Runs candidates = neighbour_runs(grid, x, y, z);
+      for (int i = own.begin; i < own.end; ++i) {
+        Real sum = h2 * h2 * h2;  // the particle's own term
+        for (const Run& run : candidates)
+          for (int j = run.begin; j < run.end; ++j) {
+            const Real dx = p.x[i] - p.x[j], dy = p.y[i] - p.y[j], dz = p.z[i] - p.z[j];
+            const Real r2 = dx * dx + dy * dy + dz * dz;
+            if (r2 < h2 && j != i) {
+              const Real t = h2 - r2;
+              sum += t * t * t;
+              list.push_back(j);
             }
-          density[i] = model.density_coefficient * sum;
-        }
+          }
+        neighbours.end[i] = static_cast<std::int32_t>(list.size());
+        density[i] = sum * model.density_coefficient;
       }
+    }
+  }
 }
 
 }  // namespace lockstep::fluid::serial

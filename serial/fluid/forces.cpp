@@ -1,7 +1,8 @@
 // The acceleration of every particle by pressure and viscosity of its neighbours within h, and by gravity.
 //
 // Symmetric: every pair is met once (see densities.cpp); what it gives to one particle it takes from the other.
-// Owner-gather: every particle meets all its neighbours and sums for itself, at twice the work.
+// Owner-gather: every particle meets all its neighbours, in the list that the densities left, and sums for itself: twice the
+// terms.
 //
 // Source: [Mueller 2003]; [LRB08] Figure 9. The contract with the equation stands in common/fluid/forces.h.
 #include "common/fluid/forces.h"
@@ -29,8 +30,8 @@ Vector3<Real> pair_acceleration(const Model<Real>& model, const Particles<Real>&
 
 }  // namespace
 
-void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, std::span<const Real> density,
-                      Vectors<Real>& acceleration) {
+void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>&,
+                      std::span<const Real> density, Vectors<Real>& acceleration) {
   const Real h2 = model.smoothing_length_2;
   const Vectors<Real>& p = particles.position;
   std::fill(acceleration.x.begin(), acceleration.x.end(), model.gravity.x);
@@ -59,30 +60,27 @@ void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Pa
       }
 }
 
-void forces_owner_gather(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, std::span<const Real> density,
-                         Vectors<Real>& acceleration) {
-  const Real h2 = model.smoothing_length_2;
+void forces_owner_gather(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>& neighbours,
+                         std::span<const Real> density, Vectors<Real>& acceleration) {
   const Vectors<Real>& p = particles.position;
+  const int rows = grid.y.cells * grid.z.cells;
 
-  for (int z = 0; z < grid.z.cells; ++z)
-    for (int y = 0; y < grid.y.cells; ++y)
-      for (int x = 0; x < grid.x.cells; ++x) {
-        const Run own = row_run(grid, x, x, y, z);
-        const Runs neighbours = neighbour_runs(grid, x, y, z);
-        for (int i = own.begin; i < own.end; ++i) {
-          Vector3<Real> sum = model.gravity;
-          for (const Run& run : neighbours)
-            for (int j = run.begin; j < run.end; ++j) {  // j == i adds nothing: no distance, no difference of velocity
-              const Real dx = p.x[i] - p.x[j], dy = p.y[i] - p.y[j], dz = p.z[i] - p.z[j];
-              const Real r2 = dx * dx + dy * dy + dz * dz;
-              if (r2 < h2) {
-                const Vector3<Real> a = pair_acceleration(model, particles, density, i, j, dx, dy, dz, r2);
-                sum.x += a.x, sum.y += a.y, sum.z += a.z;
-              }
-            }
-          acceleration.x[i] = sum.x, acceleration.y[i] = sum.y, acceleration.z[i] = sum.z;
-        }
+  for (int row = 0; row < rows; ++row) {
+    const Run own = row_run(grid, 0, grid.x.cells - 1, row % grid.y.cells, row / grid.y.cells);
+    const Array<std::int32_t>& list = neighbours.row[row];
+    int k = 0;
+    for (int i = own.begin; i < own.end; ++i) {
+      Vector3<Real> sum = {0, 0, 0};
+      for (; k < neighbours.end[i]; ++k) {
+        const int j = list[k];
+        const Real dx = p.x[i] - p.x[j], dy = p.y[i] - p.y[j], dz = p.z[i] - p.z[j];
+        const Real r2 = dx * dx + dy * dy + dz * dz;
+        const Vector3<Real> a = pair_acceleration(model, particles, density, i, j, dx, dy, dz, r2);
+        sum.x += a.x, sum.y += a.y, sum.z += a.z;
       }
+      acceleration.x[i] = model.gravity.x + sum.x, acceleration.y[i] = model.gravity.y + sum.y, acceleration.z[i] = model.gravity.z + sum.z;
+    }
+  }
 }
 
 }  // namespace lockstep::fluid::serial

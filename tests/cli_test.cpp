@@ -1,0 +1,338 @@
+// The program as its users meet it: exit codes, one line for what is wrong, nothing left behind, and reports that parse.
+// Environment: LOCKSTEP, the program (default build/lockstep). Run from the root of the repository.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/fluid/file.h"
+#include "common/fluid/limits.h"
+#include "common/memory.h"
+#include "tests/temporary_folder.h"
+
+namespace lockstep {
+namespace {
+
+constexpr int killed = 1000;  // plus the signal
+
+struct Outcome {
+  int code;
+  std::string out, err;
+  long error_lines() const { return std::count(err.begin(), err.end(), '\n'); }
+};
+
+// A good scene of two blocks' worth of particles, small enough for a step to take no time.
+const std::string good_scene =
+    "kind = \"fluid\"\nparticles_per_metre = 204\nframes = 3\n"
+    "[[block]]\nmin = [-0.02, -0.08, -0.02]\nmax = [0.02, -0.06, 0.02]\njitter = 0.05\nvelocity = [0.5, 0, -0.3]\n";
+
+struct Cli : TemporaryFolder {
+  std::filesystem::path program;
+  std::string captured;  // a folder beside the test's own, where what the program prints goes
+
+  Cli() {
+    const char* named = std::getenv("LOCKSTEP");
+    program = std::filesystem::absolute(named ? named : "build/lockstep");
+    captured = folder + ".captured";
+    std::filesystem::create_directory(captured);
+  }
+  ~Cli() override { std::filesystem::remove_all(captured); }
+
+  void SetUp() override { ASSERT_TRUE(std::filesystem::exists(program)) << program << ": build it first (make)"; }
+
+  // Not by a shell, which would hide signals and meddle with quotes. As nobody where permissions are to bind.
+  Outcome run(std::vector<std::string> arguments, bool as_nobody = false) const {
+    const std::string out = captured + "/out", err = captured + "/err";
+    arguments.insert(arguments.begin(), program.string());
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    const pid_t child = fork();
+    if (child == 0) {
+      const int to_out = open(out.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0644), to_err = open(err.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0644);
+      dup2(to_out, STDOUT_FILENO), dup2(to_err, STDERR_FILENO);
+      if (as_nobody && getuid() == 0 && (setgid(65534) != 0 || setuid(65534) != 0)) _exit(127);
+      execv(argv[0], argv.data());
+      _exit(127);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : killed + WTERMSIG(status), read_bytes(out), read_bytes(err)};
+  }
+
+  std::set<std::string> everything() const {
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) names.insert(entry.path());
+    return names;
+  }
+
+  std::string scene(const std::string& text, const std::string& name = "scene.toml") const {
+    write_bytes(path(name), text);
+    return path(name);
+  }
+
+  // Code 2, at most so many lines that say `about`, and no file that was not there.
+  void expect_refused(const std::vector<std::string>& arguments, const std::string& about, int lines = 1, bool as_nobody = false) const {
+    std::string command = "lockstep";
+    for (const std::string& argument : arguments) command += ' ' + argument;
+    SCOPED_TRACE(command);
+    const std::set<std::string> before = everything();
+    const Outcome outcome = run(arguments, as_nobody);
+    if (as_nobody && outcome.code == 127) GTEST_SKIP() << "nobody may not run " << program;
+    EXPECT_EQ(outcome.code, 2) << outcome.err;
+    EXPECT_GE(outcome.error_lines(), 1);
+    EXPECT_LE(outcome.error_lines(), lines) << outcome.err;
+    EXPECT_NE(outcome.err.find(about), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.err.find("Sanitizer"), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.out.find("wrote"), std::string::npos) << outcome.out;
+    EXPECT_EQ(everything(), before);
+  }
+
+  void expect_run_refused(const std::string& scene, const std::string& about) const {
+    for (const char* out : {"out.fluid", "frames"}) expect_refused({"run", "--scene", scene, "--out", path(out)}, about);
+  }
+};
+
+constexpr int usage_lines = 2;  // CLI11 says what is wrong, then where help is
+
+template <class T>
+void append(std::string& bytes, T x) {
+  bytes.append(reinterpret_cast<const char*>(&x), sizeof x);
+}
+
+std::string fluid_bytes(float particles_per_metre, std::int32_t n, const std::vector<float>& numbers) {
+  std::string bytes;
+  append(bytes, particles_per_metre);
+  append(bytes, n);
+  for (float x : numbers) append(bytes, x);
+  return bytes;
+}
+
+// --- Bad input
+
+TEST_F(Cli, RefusesBadFluidFiles) {
+  const std::vector<float> record = {.01f, .02f, .03f, 0, 0, 0, 0, 0, 0};
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  std::vector<float> with_nan = record;
+  with_nan[4] = nan;
+  const std::string file = path("bad.fluid");
+  const auto expect = [&](const std::string& bytes, const std::string& about) {
+    write_bytes(file, bytes);
+    expect_run_refused(file, about);
+  };
+  const std::string good = fluid_bytes(204, 1, record);
+  expect("", "expected at least a header");
+  expect(good.substr(0, 7), "expected at least a header");
+  expect(good.substr(0, good.size() - 1), "expected 44 bytes");
+  expect(good + "x", "expected 44 bytes");
+  expect(fluid_bytes(204, -1, {}), "number of particles is -1");
+  expect(fluid_bytes(204, std::numeric_limits<std::int32_t>::max(), record), "2147483647 particles");
+  expect(fluid_bytes(204, 1, with_nan), "half_velocity.y is nan");
+  for (const float particles_per_metre : {0.f, -204.f, nan, std::numeric_limits<float>::infinity()})
+    expect(fluid_bytes(particles_per_metre, 1, record), "particles per metre is ");
+}
+
+// A hole of the size that the header announces: more particles than memory holds, and more than can be counted.
+TEST_F(Cli, RefusesWhatDoesNotFitMemory) {
+  const double bytes_per_particle = fluid::simulation_bytes<float>(1, 0) - fluid::simulation_bytes<float>(0, 0);
+  const double too_many = available_memory() / bytes_per_particle * 1.5 + 1e6;
+  const std::string file = path("big.fluid");
+  const auto make = [&](std::int32_t n) {
+    write_bytes(file, fluid_bytes(204, n, {}));
+    std::filesystem::resize_file(file, 8 + 36 * static_cast<std::uintmax_t>(n));
+  };
+  make(std::numeric_limits<std::int32_t>::max());
+  expect_run_refused(file, "2147483647 particles, expected at most");
+  if (too_many > fluid::max_particles) GTEST_SKIP() << "as many particles as are allowed fit this machine";
+  make(static_cast<std::int32_t>(too_many));
+  expect_run_refused(file, "of memory");
+}
+
+TEST_F(Cli, RefusesWhatIsNoFile) {
+  expect_run_refused(folder, "is a directory");
+  expect_run_refused(path("none.toml"), "No such file");
+  expect_run_refused(path("none.fluid"), "No such file");
+  expect_run_refused("/dev/null", "not a regular file");
+  for (const char* command : {"verify", "bench"})
+    expect_refused({command, "--kernel", "fluid/advance", "--threads", "1", "--scene", path("none.toml"), "--json", path("a.json")}, "none.toml");
+}
+
+TEST_F(Cli, RefusesWhatItMayNotRead) {
+  for (const char* name : {"a.toml", "a.fluid"}) {
+    scene(good_scene, name);
+    std::filesystem::permissions(path(name), std::filesystem::perms::none);
+    expect_refused({"run", "--scene", path(name), "--out", path("out.fluid")}, "Permission denied", 1, true);
+  }
+}
+
+TEST_F(Cli, RefusesBadScenes) {
+  const auto expect = [&](const std::string& text, const std::string& about) { expect_run_refused(scene(text), "scene.toml:" + about); };
+  expect("frmes = 3\n" + good_scene, "1:1: unknown key frmes");
+  expect(good_scene + "spacng = 1\n", "9:1: unknown key spacng");
+  expect("kind = \"fluid\"\nparticles_per_metre = \"many\"\n", "");
+  expect("kind = \"fluid\"\nparticles_per_metre = nan\n", "");
+  expect("kind = ", "1:");
+}
+
+TEST_F(Cli, RefusesBadUsage) {
+  const std::string good = scene(good_scene), out = path("out.fluid");
+  expect_refused({}, "subcommand", usage_lines);
+  expect_refused({"simulate"}, "", usage_lines);
+  expect_refused({"run"}, "--", usage_lines);
+  expect_refused({"run", "--scene", good}, "--out", usage_lines);
+  expect_refused({"run", "--out", out}, "--scene", usage_lines);
+  expect_refused({"run", "--scene", good, "--out", out, "--colour"}, "--colour", usage_lines);
+  expect_refused({"run", "--scene", good, "--out", out, "--variant", "cuda"}, "--variant", usage_lines);
+  for (const char* threads : {"0", "-1", "two", "1.5", "1000000", "99999999999"}) {
+    expect_refused({"run", "--scene", good, "--out", out, "--threads", threads}, "--threads", usage_lines);
+    expect_refused({"verify", "--threads", threads}, "--threads", usage_lines);
+    expect_refused({"bench", "--threads", std::string("1,") + threads}, "--threads", usage_lines);
+  }
+  for (const char* frames : {"0", "-1", "many"}) expect_refused({"run", "--scene", good, "--out", out, "--frames", frames}, "--frames", usage_lines);
+}
+
+TEST_F(Cli, RefusesUnknownKernelsAndForms) {
+  for (const char* command : {"verify", "bench"}) {
+    expect_refused({command, "--kernel", "fluid/advanse", "--threads", "1"}, "fluid/advance");
+    expect_refused({command, "--kernel", "fluid/forces", "--form", "owner", "--threads", "1"}, "owner_gather");
+  }
+  for (const char* variant : {"serial", "openmp"})
+    expect_refused({"run", "--scene", scene(good_scene), "--out", path("out.fluid"), "--variant", variant, "--form", "owner"}, "owner_gather");
+}
+
+TEST_F(Cli, RefusesToWriteWhereItCannot) {
+  const std::string good = scene(good_scene);
+  write_bytes(path("file"), "as it was");
+  for (const std::string& out : {path("none/out.fluid"), path("file/out.fluid"), path("file"), path("file/frames"), std::string("/dev/null/x")})
+    expect_refused({"run", "--scene", good, "--out", out}, out);
+  expect_refused({"verify", "--kernel", "fluid/advance", "--scene", "single", "--threads", "1", "--json", path("none/a.json")}, "none/a.json");
+  EXPECT_EQ(read_bytes(path("file")), "as it was");
+
+  std::filesystem::permissions(folder, std::filesystem::perms(0555));
+  for (const char* out : {"out.fluid", "frames"}) expect_refused({"run", "--scene", good, "--out", path(out)}, out, 1, true);
+  std::filesystem::permissions(folder, std::filesystem::perms(0755));
+}
+
+// --- Good runs
+
+TEST_F(Cli, Helps) {
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"--help"}, {"run", "--help"}, {"verify", "--help"}, {"bench", "--help"}}) {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_NE(outcome.out.find("--help"), std::string::npos);
+    EXPECT_EQ(outcome.err, "");
+  }
+}
+
+TEST_F(Cli, RunsAFluidFileInEveryForm) {
+  // One step of the scene gives a .fluid file to start from.
+  ASSERT_EQ(run({"run", "--scene", scene(good_scene), "--frames", "1", "--out", path("start.fluid")}).code, 0);
+  const fluid::FluidFile start = fluid::read_fluid(path("start.fluid"));
+  ASSERT_GT(start.particles.count, 100);
+
+  const auto result = [&](const std::string& variant, const std::string& form) {
+    const std::string out = path(variant + form + ".fluid");
+    const Outcome outcome = run({"run", "--scene", path("start.fluid"), "--variant", variant, "--form", form, "--threads", "2", "--frames", "5", "--out", out});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    return fluid::read_fluid(out);
+  };
+  const fluid::FluidFile serial = result("serial", "symmetric");
+  EXPECT_EQ(serial.particles_per_metre, start.particles_per_metre);
+  for (const auto& [variant, form] : {std::pair{"serial", "owner_gather"}, {"openmp", "owner_gather"}, {"openmp", "sub_grid"}, {"openmp", "cell_locks"}}) {
+    SCOPED_TRACE(std::string(variant) + ' ' + form);
+    const fluid::FluidFile other = result(variant, form);
+    ASSERT_EQ(other.particles.count, start.particles.count);
+    // Files hold the particles by id, so the i-th is the i-th.
+    for (int i = 0; i < start.particles.count; ++i) {
+      ASSERT_NEAR(other.particles.position.x[i], serial.particles.position.x[i], 1e-6);
+      ASSERT_NEAR(other.particles.position.y[i], serial.particles.position.y[i], 1e-6);
+      ASSERT_NEAR(other.particles.velocity.z[i], serial.particles.velocity.z[i], 1e-3);
+    }
+  }
+  EXPECT_NE(serial.particles.position.x, start.particles.position.x);
+}
+
+TEST_F(Cli, WritesFramesForParaView) {
+  const Outcome outcome = run({"run", "--scene", scene(good_scene), "--frames", "2", "--threads", "2", "--out", path("deep/frames")});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(path("deep/frames"))) {
+    names.insert(entry.path().filename());
+    const std::string frame = read_bytes(entry.path());
+    EXPECT_EQ(frame.rfind("# vtk DataFile Version 3.0\n", 0), 0u);
+    for (const char* part : {"\nPOINTS ", "\nVECTORS velocity ", "\nSCALARS density "}) EXPECT_NE(frame.find(part), std::string::npos) << part;
+  }
+  EXPECT_EQ(names, (std::set<std::string>{"frame_00000.vtk", "frame_00001.vtk", "frame_00002.vtk"}));
+}
+
+// --- Reports
+
+void expect_fields(const nlohmann::json& object, const std::vector<std::string>& fields) {
+  for (const std::string& field : fields) EXPECT_TRUE(object.contains(field)) << field;
+}
+
+void expect_machine(const nlohmann::json& report) {
+  ASSERT_TRUE(report.contains("machine") && report.contains("rows"));
+  expect_fields(report["machine"], {"cpu", "cores", "isa", "lanes", "compiler", "flags", "commit", "omp"});
+  EXPECT_EQ(report["machine"]["lanes"], 16);
+}
+
+TEST_F(Cli, VerifiesAndReports) {
+  const std::string json = path("verify.json");
+  const Outcome outcome = run({"verify", "--kernel", "fluid/advance", "--scene", "single", "--threads", "1,2", "--json", json});
+  EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_NE(outcome.out.find("2 passed, 0 failed\n"), std::string::npos) << outcome.out;
+  const auto report = nlohmann::json::parse(read_bytes(json));
+  expect_machine(report);
+  ASSERT_EQ(report["rows"].size(), 2u);
+  for (const auto& row : report["rows"]) {
+    expect_fields(row, {"kernel", "form", "scene", "threads", "lanes", "verdict", "error", "bound", "worst_at", "serial_ms", "openmp_ms", "passed"});
+    EXPECT_EQ(row["kernel"], "fluid/advance");
+    EXPECT_EQ(row["scene"], "single");
+    EXPECT_EQ(row["verdict"], "bitwise");
+    EXPECT_EQ(row["passed"], true);
+  }
+  EXPECT_EQ(report["rows"][1]["threads"], 2);
+}
+
+// Under gravity momentum is not conserved: a scene that says so cannot pass.
+TEST_F(Cli, ExitsWithOneWhereACheckFails) {
+  const std::string wrong = scene(good_scene + "[holds]\nmomentum_conserved = true\n"), json = path("verify.json");
+  const Outcome outcome = run({"verify", "--kernel", "fluid/step", "--form", "owner_gather", "--scene", wrong, "--threads", "1", "--json", json});
+  EXPECT_EQ(outcome.code, 1) << outcome.out << outcome.err;
+  EXPECT_NE(outcome.out.find("FAILED"), std::string::npos);
+  EXPECT_NE(outcome.out.find("0 passed, 1 failed\n"), std::string::npos) << outcome.out;
+  const auto report = nlohmann::json::parse(read_bytes(json));
+  EXPECT_EQ(report["rows"][0]["passed"], false);
+  EXPECT_NE(report["rows"][0]["worst_at"].get<std::string>().find("momentum"), std::string::npos);
+}
+
+TEST_F(Cli, BenchesAndReports) {
+  const std::string json = path("bench.json");
+  const Outcome outcome = run({"bench", "--kernel", "fluid/advance", "--scene", "scenes/fluid/single.toml", "--threads", "1", "--json", json});
+  ASSERT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+  const auto report = nlohmann::json::parse(read_bytes(json));
+  expect_machine(report);
+  std::set<std::string> variants;
+  for (const auto& row : report["rows"]) {
+    expect_fields(row, {"kernel", "form", "scene", "variant", "threads", "lanes", "ms", "spread", "items", "unit", "items_per_s", "bytes", "flops"});
+    EXPECT_GT(row["ms"].get<double>(), 0);
+    variants.insert(row["variant"].get<std::string>());
+  }
+  EXPECT_EQ(variants, (std::set<std::string>{"serial", "openmp"}));
+}
+
+}  // namespace
+}  // namespace lockstep

@@ -1,0 +1,130 @@
+// The rules of the house: who may include whom, that every serial file has its parallel twin, and that twins read alike.
+// Run from the root of the repository.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace lockstep {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> lines_of(const fs::path& path) {
+  std::ifstream in(path);
+  EXPECT_TRUE(in) << path;
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+std::vector<fs::path> sources_below(const std::string& folder) {
+  std::vector<fs::path> sources;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.path().extension() == ".h" || entry.path().extension() == ".cpp") sources.push_back(entry.path());
+  EXPECT_FALSE(sources.empty()) << folder;
+  return sources;
+}
+
+// What a file includes of the repository, as a path from its root: by quotes or brackets, relative to the file or not.
+std::vector<std::string> includes_of(const fs::path& path) {
+  static const std::regex include("\\s*#\\s*include\\s*[\"<]([^\">]+)[\">].*");
+  std::vector<std::string> includes;
+  for (const std::string& line : lines_of(path))
+    if (std::smatch match; std::regex_match(line, match, include)) {
+      const fs::path beside = (path.parent_path() / match[1].str()).lexically_normal();
+      includes.push_back(fs::exists(beside) ? beside.string() : fs::path(match[1].str()).lexically_normal().string());
+    }
+  return includes;
+}
+
+void expect_includes_none_of(const std::string& folder, const std::vector<std::string>& others) {
+  for (const fs::path& path : sources_below(folder))
+    for (const std::string& include : includes_of(path))
+      for (const std::string& other : others) EXPECT_FALSE(include.starts_with(other + '/')) << path << " includes " << include;
+}
+
+TEST(House, CommonIncludesNoVersionAndNotTheVerifier) { expect_includes_none_of("common", {"serial", "openmp", "verify", "tests"}); }
+TEST(House, SerialIncludesCommonAlone) { expect_includes_none_of("serial", {"openmp", "verify", "tests"}); }
+TEST(House, OpenmpIncludesCommonAlone) { expect_includes_none_of("openmp", {"serial", "verify", "tests"}); }
+
+TEST(House, SerialKnowsNoThreadsAndNoLanes) {
+  for (const fs::path& path : sources_below("serial")) {
+    for (const std::string& include : includes_of(path)) EXPECT_TRUE(include != "omp.h" && include != "common/simd.h") << path;
+    for (const std::string& line : lines_of(path)) EXPECT_EQ(line.find("#pragma omp"), std::string::npos) << path;
+  }
+}
+
+TEST(House, EveryAlgorithmStandsTwice) {
+  const auto algorithms = [](const std::string& folder) {
+    std::set<std::string> names;
+    for (const fs::path& path : sources_below(folder))
+      if (path.extension() == ".cpp") names.insert(path.lexically_relative(folder));
+    return names;
+  };
+  EXPECT_EQ(algorithms("serial"), algorithms("openmp"));
+}
+
+TEST(House, NumbersAreWhatTheTextSays) {
+  const std::vector<std::string> makefile = lines_of("Makefile");
+  const auto mentions = [&](const std::string& text) {
+    return std::ranges::any_of(makefile, [&](const std::string& line) { return line.find(text) != std::string::npos; });
+  };
+  for (const char* flag : {"-ffast-math", "-Ofast", "-funsafe-math", "-fassociative-math", "-ffinite-math"}) EXPECT_FALSE(mentions(flag)) << flag;
+  EXPECT_TRUE(mentions("-ffp-contract=off"));
+}
+
+// A reduction over floats would answer differently at every thread count.
+TEST(House, NoReductionInOpenmp) {
+  for (const fs::path& path : sources_below("openmp"))
+    for (const std::string& line : lines_of(path)) EXPECT_FALSE(std::regex_search(line, std::regex("reduction\\s*\\(\\s*[+*-]"))) << path << ": " << line;
+}
+
+// Lines that say something to the compiler: without comments, blank lines and indentation. The name of the version in the
+// namespace is the one difference that must be.
+std::vector<std::string> code_of(const std::string& path) {
+  std::vector<std::string> code;
+  for (std::string line : lines_of(path)) {
+    line = std::regex_replace(line, std::regex("//.*$"), "");
+    line = std::regex_replace(line, std::regex("^\\s+|\\s+$"), "");
+    if (!line.empty()) code.push_back(line);
+  }
+  return code;
+}
+
+// The length of the longest common subsequence: how many lines `diff` leaves alone.
+std::size_t lines_in_common(const std::vector<std::string>& a, const std::vector<std::string>& b) {
+  std::vector<std::size_t> row(b.size() + 1, 0);
+  for (const std::string& line : a) {
+    std::size_t diagonal = 0;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t above = row[j + 1];
+      row[j + 1] = line == b[j] ? diagonal + 1 : std::max(above, row[j]);
+      diagonal = above;
+    }
+  }
+  return row.back();
+}
+
+TEST(House, CountsLinesInCommon) {
+  EXPECT_EQ(lines_in_common({"a", "b", "c"}, {"a", "b", "c"}), 3u);
+  EXPECT_EQ(lines_in_common({"a", "b", "c"}, {"x", "b", "y", "c"}), 2u);
+  EXPECT_EQ(lines_in_common({"a", "b"}, {"b", "a"}), 1u);
+  EXPECT_EQ(lines_in_common({}, {"a"}), 0u);
+}
+
+// Two lines in three, where the algorithm is the same one.
+TEST(House, TwinsReadAlike) {
+  for (const std::string name : {"fluid/collisions.cpp", "fluid/advance.cpp", "fluid/step.cpp"}) {
+    const std::vector<std::string> serial = code_of("serial/" + name), openmp = code_of("openmp/" + name);
+    EXPECT_GE(3 * lines_in_common(serial, openmp), 2 * std::max(serial.size(), openmp.size())) << name;
+  }
+}
+
+}  // namespace
+}  // namespace lockstep
