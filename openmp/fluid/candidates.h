@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "common/fluid/grid.h"
 #include "common/simd.h"
@@ -18,8 +19,8 @@ struct Candidates {
   Array<std::int32_t> index;
   int count = 0;
 
-  // What fills up the last vector stands farther from any particle than h; its square is still finite.
-  static constexpr float far_away = 1e10f;
+  // What fills up the last vector: no comparison with it is true, so it is within h of no particle, wherever that is.
+  static constexpr float nowhere = std::numeric_limits<float>::quiet_NaN();
 
   struct Pointers {
     const float *x, *y, *z;
@@ -50,9 +51,9 @@ struct Candidates {
       }
       k += run.end - run.begin;
     }
-    store(&x[count], floatv(far_away));
-    store(&y[count], floatv(far_away));
-    store(&z[count], floatv(far_away));
+    store(&x[count], floatv(nowhere));
+    store(&y[count], floatv(nowhere));
+    store(&z[count], floatv(nowhere));
   }
 };
 

@@ -118,7 +118,7 @@ void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, co
             const intv j = load(index + k);
             const floatv dx = x_i - load(cx + k), dy = y_i - load(cy + k), dz = z_i - load(cz + k);
             const floatv r2 = dx * dx + dy * dy + dz * dz;
-            const floatv t = max(h2 - r2, 0.f);  // beyond h: nothing; i itself adds its own term, h^6
+            const floatv t = max(h2 - r2, 0.f);  // beyond h and nowhere: 0; i itself adds its own term, h^6
             sum += t * t * t;
             const maskv near = (r2 < h2) & (j != i);
             store(to + end, compress(near, j));
