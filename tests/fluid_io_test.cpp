@@ -154,9 +154,19 @@ TEST(Memory, CountsWhatAFluidAllocates) {
   };
   const double allocated = bytes_of(fluid.particles) + bytes_of(fluid.sorted) +
                            bytes(fluid.density, fluid.acceleration.x, fluid.acceleration.y, fluid.acceleration.z) +
-                           2 * bytes(fluid.grid.cell_begin);
+                           2 * bytes(fluid.grid.cell_begin) + bytes(fluid.neighbours.end, fluid.neighbours.record);
   EXPECT_LE(allocated, simulation_bytes<float>(1000, fluid.grid.cells()));
   EXPECT_GE(allocated, .95 * simulation_bytes<float>(1000, fluid.grid.cells()));
+}
+
+TEST(Memory, RefusesListsOfACrowd) {
+  Grid<float> grid = make_grid(convert<float>(make_model(20)));
+  const auto crowd_of = [&](int n) {
+    std::fill(grid.cell_begin.begin() + 1, grid.cell_begin.end(), n);  // all in the first cell
+    return [&] { require_lists_fit(grid); };
+  };
+  EXPECT_EQ(error_of(crowd_of(5'000)), "no error");
+  EXPECT_EQ(error_of(crowd_of(100'000)), "up to 100000 particles in a cell: too crowded for lists of neighbours");
 }
 
 TEST(Memory, CountsNoFewerCellsThanTheGridHas) {

@@ -6,6 +6,7 @@
 // Out:     neighbours, by the owner-gather forms: everyone within h, in no order that callers may rely on. The symmetric forms
 //          leave them alone.
 //          density[i] for i < count, kg/m^3; the array holds padded(count) elements.
+// Errors:  InputError, from the owner-gather forms, where particles crowd so that lists cannot hold them (neighbours.h).
 // Source:  the poly6 kernel of [Mueller 2003]; [LRB08] "Game Fluids via SPH" and Figure 9; notes/fluid.md.
 #pragma once
 

@@ -1,10 +1,14 @@
 // Who lies within h of whom: found once a frame, by the densities, and used again by the forces.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "common/fluid/grid.h"
+#include "common/input_error.h"
+#include "common/memory.h"
 
 namespace lockstep::fluid {
 
@@ -24,6 +28,34 @@ Neighbours<Real> make_neighbours(const Grid<Real>& grid, int particles) {
   neighbours.end.resize(padded(particles));
   neighbours.record.resize(8 * padded(particles));
   return neighbours;
+}
+
+// Asks, before a list is written, that they all fit: a particle's list is as long as there are particles within h, and if all
+// of them crowd into one cell that is all of them. Throws InputError where a row's lists might pass what int32 counts, or all
+// of them the machine's memory; the symmetric forms, which keep no lists, can still run such a state.
+template <class Real>
+void require_lists_fit(const Grid<Real>& grid) {
+  constexpr double entry = sizeof(std::int32_t), surely_fits = 1e9;
+  std::int32_t crowd = 0;
+  for (int c = 0; c < grid.cells(); ++c) crowd = std::max(crowd, grid.cell_begin[c + 1] - grid.cell_begin[c]);
+  if (27. * crowd * grid.cell_begin.back() * entry < surely_fits) return;
+
+  double all = 0, longest = 0;
+  for (int z = 0; z < grid.z.cells; ++z)
+    for (int y = 0; y < grid.y.cells; ++y) {
+      double row = 0;
+      for (int x = 0; x < grid.x.cells; ++x) {
+        const Run own = row_run(grid, x, x, y, z);
+        double candidates = 0;
+        for (const Run& run : neighbour_runs(grid, x, y, z)) candidates += run.end - run.begin;
+        row += (own.end - own.begin) * candidates;
+      }
+      all += row;
+      longest = std::max(longest, row);
+    }
+  constexpr double most = 1 << 30;  // lists grow by doubling
+  if (longest > most) throw InputError("up to " + std::to_string(crowd) + " particles in a cell: too crowded for lists of neighbours");
+  require_memory(all * entry, "up to " + std::to_string(crowd) + " particles in a cell: lists of neighbours");
 }
 
 }  // namespace lockstep::fluid

@@ -54,6 +54,7 @@ void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, co
   const Real h2 = model.smoothing_length_2;
   const Vectors<Real>& p = particles.position;
   const int rows = grid.y.cells * grid.z.cells;
+  require_lists_fit(grid);
 
   for (int row = 0; row < rows; ++row) {
     const int y = row % grid.y.cells, z = row / grid.y.cells;

@@ -1,0 +1,87 @@
+#!/bin/bash
+# Every parallel kernel and form under clang's thread sanitizer, which must find no race; then the racy twin, tests/tsan/racy.cpp,
+# whose every mistake must be flagged every time. `make tsan` builds build/tsan/ and calls it; an argument says which kernel alone.
+#
+# Kernels come from the verifier's own list, so a new one cannot be forgotten; inputs exceed one chunk of every loop. A kernel
+# passes if no race is found and the verifier passes it, too. Exit code 1 if any row fails. The whole of what a failed run said
+# stays in build/tsan/.
+set -u
+cd "$(dirname "$0")/.." || exit 1
+build=build/tsan
+repeats=5  # of each mistake
+
+# Archer tells the sanitizer what OpenMP orders; 66 is the exit code of a report. Archer guards its own table of locks by one
+# mutex. Seen by the sanitizer, that mutex would order any lock after every other, and hide most races of code that takes locks,
+# a wrong lock first of all (racy twin, list_under_wrong_lock): hence the suppression.
+echo "called_from_lib:libarcher.so" > $build/suppressions
+export TSAN_OPTIONS="ignore_noninstrumented_modules=1 halt_on_error=1 exitcode=66 suppressions=$PWD/$build/suppressions"
+export OMP_TOOL_LIBRARIES=${OMP_TOOL_LIBRARIES:-/usr/lib/llvm-14/lib/libarcher.so} ARCHER_OPTIONS=verbose=1
+
+passed=0 failed=0
+
+# A copy of a scene with few frames: whole runs are `make verify`'s, and a race shows in one step.
+shorten() {
+  sed -E 's/^frames *=.*/frames = 5/; /^energy_falls_after/d' "scenes/fluid/$1.toml" > "$build/$1.toml"
+}
+
+# Runs a command, its output in $log, and says in $seen what came of it: clean, race, or what went wrong. Exit code 66 alone is
+# no race: the sanitizer also ends with it where it cannot start.
+observe() {
+  "$@" > "$log" 2>&1
+  local code=$?
+  if ! grep -q '^Archer detected OpenMP application with TSan' "$log"; then seen="no Archer, exit $code"
+  elif grep -q '^WARNING: ThreadSanitizer: data race' "$log"; then seen=race
+  elif [ $code = 0 ]; then seen=clean
+  else seen="exit $code"; fi
+}
+
+row() { printf '%-19s %-21s %-13s %7s  %-14s %-14s %7s  %s\n' "$@"; }
+
+# report KERNEL FORM SCENE THREADS EXPECTED START: a row for what was seen, and where if that was not expected.
+report() {
+  local note="" seconds=$(( ($(date +%s%N) - $6) / 10000000 ))
+  if [ "$seen" = "$5" ]; then passed=$((passed + 1)); else failed=$((failed + 1)) note="FAILED: see $log"; fi
+  row "$1" "$2" "$3" "$4" "$5" "$seen" "$((seconds / 100)).$(printf %02d $((seconds % 100)))" "$note"
+}
+
+# clean KERNEL FORM SCENE THREADS COMMAND...
+clean() {
+  local start; start=$(date +%s%N)
+  log=$build/$(echo "$1-$2-$3" | tr -s '/ -' _).log
+  observe "${@:5}"
+  report "$1" "$2" "$3" "$4" clean "$start"
+}
+
+row kernel form scene threads expected seen seconds ""
+shorten dam_break_5k
+shorten clump
+
+while read -r kernel form; do
+  [ "$kernel" = "${1:-$kernel}" ] || continue
+  case $kernel in
+    fluid/*) scenes="dam_break_5k clump" ;;
+    *) scenes="" seen="no scene" log=$0; report "$kernel" "$form" - - clean "$(date +%s%N)" ;;
+  esac
+  for scene in $scenes; do
+    clean "$kernel" "$form" $scene 2,4 $build/lockstep verify --kernel "$kernel" --form "$form" --scene $build/$scene.toml --threads 2,4
+  done
+  # The clump before it flies apart: every particle in one cell, every thread at one lock.
+  if [ "$kernel" = fluid/step ]; then
+    clean "$kernel" "$form" "clump start" 4 $build/lockstep run --form "$form" --scene $build/clump.toml --threads 4 --frames 2 --out $build/clump.fluid
+  fi
+done < <($build/lockstep verify --kernel none 2>&1 | sed -n 's/.*expected one of: //p' | sed 's/, /\n/g')
+[ $((passed + failed)) -gt 0 ] || { echo "no kernel ${1:-}"; failed=1; }
+kernel_rows=$((passed + failed))
+
+while read -r mistake scene; do
+  log=$build/racy_$mistake.log start=$(date +%s%N) flagged=0 other=""
+  for ((repeat = 0; repeat < repeats; ++repeat)); do
+    OMP_NUM_THREADS=$((2 + repeat % 2 * 2)) observe $build/racy "$mistake"
+    if [ "$seen" = race ]; then flagged=$((flagged + 1)); else other=", $seen"; fi
+  done
+  seen="race $flagged of $repeats$other"
+  report "racy twin" "$mistake" "$scene" 2,4 "race $repeats of $repeats" "$start"
+done < <($build/racy 2>/dev/null)
+[ $((passed + failed)) -gt $kernel_rows ] || { echo "$build/racy lists no mistake"; failed=$((failed + 1)); }
+echo "$passed passed, $failed failed"
+[ $failed = 0 ]
