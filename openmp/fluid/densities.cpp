@@ -104,6 +104,7 @@ void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, co
       const int y = row % grid.y.cells, z = row / grid.y.cells;
       Array<std::int32_t>& list = neighbours.row[row];
       int end = 0;
+      make_room(list, 0);
       for (int x = 0; x < grid.x.cells; ++x) {
         const Run own = row_run(grid, x, x, y, z);
         if (own.begin == own.end) continue;

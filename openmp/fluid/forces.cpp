@@ -30,9 +30,9 @@ LOCKSTEP_INLINE Lanes3 pair_acceleration(const Model<Real>& model, Real density_
                                          floatv dx, floatv dy, floatv dz, floatv r2) {
   const floatv distance = sqrt(max(r2, model.min_distance_2));
   const floatv overlap = model.smoothing_length - distance;
-  const floatv scale = overlap / (density_i * density_j);
-  const floatv pressure = model.pressure_coefficient * scale * overlap / distance * (density_i + density_j - model.twice_rest_density);
-  const floatv viscosity = model.viscosity_coefficient * scale;
+  const floatv scale = overlap / (density_i * density_j * distance);  // the one division
+  const floatv pressure = model.pressure_coefficient * scale * overlap * (density_i + density_j - model.twice_rest_density);
+  const floatv viscosity = model.viscosity_coefficient * scale * distance;
   return {dx * pressure + dvx * viscosity,  //
           dy * pressure + dvy * viscosity,  //
           dz * pressure + dvz * viscosity};
@@ -131,11 +131,9 @@ void forces_owner_gather(const Model<Real>& model, const Grid<Real>& grid, const
         const int end = neighbours.end[i];
         Lanes3 sum = {0.f, 0.f, 0.f};
         for (; k < end; k += lanes) {
-          // Lanes beyond the end of the list meet particle 0.
+          // Lanes beyond the end of the list meet some other particle.
           const maskv inside = first_lanes(end - k);
-          alignas(array_alignment) std::int32_t j[lanes];
-          store(j, load(list + k, inside));
-          const auto [x_j, y_j, z_j, density_j, vx_j, vy_j, vz_j, unused] = load_records(records, j).field;
+          const auto [x_j, y_j, z_j, density_j, vx_j, vy_j, vz_j, unused] = load_records(records, list + k).field;
           const floatv dx = x_i - x_j, dy = y_i - y_j, dz = z_i - z_j;
           const floatv r2 = dx * dx + dy * dy + dz * dz;
           const Lanes3 a = pair_acceleration(constants, density_i, density_j, vx_j - vx_i, vy_j - vy_i, vz_j - vz_i, dx, dy, dz, r2);

@@ -79,6 +79,7 @@ void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, co
         density[i] = sum * model.density_coefficient;
       }
     }
+    list.resize(list.size() + 16, 0);  // for lanes that read beyond the last list
   }
 }
 

@@ -20,9 +20,9 @@ Vector3<Real> pair_acceleration(const Model<Real>& model, const Particles<Real>&
   const Vectors<Real>& v = particles.velocity;
   const Real distance = sqrt(max(r2, model.min_distance_2));
   const Real overlap = model.smoothing_length - distance;
-  const Real scale = overlap / (density[i] * density[j]);
-  const Real pressure = model.pressure_coefficient * scale * overlap / distance * (density[i] + density[j] - model.twice_rest_density);
-  const Real viscosity = model.viscosity_coefficient * scale;
+  const Real scale = overlap / (density[i] * density[j] * distance);  // the one division
+  const Real pressure = model.pressure_coefficient * scale * overlap * (density[i] + density[j] - model.twice_rest_density);
+  const Real viscosity = model.viscosity_coefficient * scale * distance;
   return {dx * pressure + (v.x[j] - v.x[i]) * viscosity,  //
           dy * pressure + (v.y[j] - v.y[i]) * viscosity,  //
           dz * pressure + (v.z[j] - v.z[i]) * viscosity};
