@@ -59,7 +59,8 @@ struct Cli : TemporaryFolder {
     argv.push_back(nullptr);
     const pid_t child = fork();
     if (child == 0) {
-      const int to_out = open(out.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0644), to_err = open(err.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0644);
+      const int to_out = open(out.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0644),
+                to_err = open(err.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0644);
       dup2(to_out, STDOUT_FILENO), dup2(to_err, STDERR_FILENO);
       if (as_nobody && getuid() == 0 && (setgid(65534) != 0 || setuid(65534) != 0)) _exit(127);
       execv(argv[0], argv.data());
@@ -164,7 +165,8 @@ TEST_F(Cli, RefusesWhatIsNoFile) {
   expect_run_refused(path("none.fluid"), "No such file");
   expect_run_refused("/dev/null", "not a regular file");
   for (const char* command : {"verify", "bench"})
-    expect_refused({command, "--kernel", "fluid/advance", "--threads", "1", "--scene", path("none.toml"), "--json", path("a.json")}, "none.toml");
+    expect_refused({command, "--kernel", "fluid/advance", "--threads", "1", "--scene", path("none.toml"), "--json", path("a.json")},
+                   "none.toml");
 }
 
 TEST_F(Cli, RefusesWhatItMayNotRead) {
@@ -198,7 +200,8 @@ TEST_F(Cli, RefusesBadUsage) {
     expect_refused({"verify", "--threads", threads}, "--threads", usage_lines);
     expect_refused({"bench", "--threads", std::string("1,") + threads}, "--threads", usage_lines);
   }
-  for (const char* frames : {"0", "-1", "many"}) expect_refused({"run", "--scene", good, "--out", out, "--frames", frames}, "--frames", usage_lines);
+  for (const char* frames : {"0", "-1", "many"})
+    expect_refused({"run", "--scene", good, "--out", out, "--frames", frames}, "--frames", usage_lines);
 }
 
 TEST_F(Cli, RefusesUnknownKernelsAndForms) {
@@ -207,15 +210,18 @@ TEST_F(Cli, RefusesUnknownKernelsAndForms) {
     expect_refused({command, "--kernel", "fluid/forces", "--form", "owner", "--threads", "1"}, "owner_gather");
   }
   for (const char* variant : {"serial", "openmp"})
-    expect_refused({"run", "--scene", scene(good_scene), "--out", path("out.fluid"), "--variant", variant, "--form", "owner"}, "owner_gather");
+    expect_refused({"run", "--scene", scene(good_scene), "--out", path("out.fluid"), "--variant", variant, "--form", "owner"},
+                   "owner_gather");
 }
 
 TEST_F(Cli, RefusesToWriteWhereItCannot) {
   const std::string good = scene(good_scene);
   write_bytes(path("file"), "as it was");
-  for (const std::string& out : {path("none/out.fluid"), path("file/out.fluid"), path("file"), path("file/frames"), std::string("/dev/null/x")})
+  for (const std::string& out :
+       {path("none/out.fluid"), path("file/out.fluid"), path("file"), path("file/frames"), std::string("/dev/null/x")})
     expect_refused({"run", "--scene", good, "--out", out}, out);
-  expect_refused({"verify", "--kernel", "fluid/advance", "--scene", "single", "--threads", "1", "--json", path("none/a.json")}, "none/a.json");
+  expect_refused({"verify", "--kernel", "fluid/advance", "--scene", "single", "--threads", "1", "--json", path("none/a.json")},
+                 "none/a.json");
   EXPECT_EQ(read_bytes(path("file")), "as it was");
 
   std::filesystem::permissions(folder, std::filesystem::perms(0555));
@@ -226,7 +232,8 @@ TEST_F(Cli, RefusesToWriteWhereItCannot) {
 // --- Good runs
 
 TEST_F(Cli, Helps) {
-  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"--help"}, {"run", "--help"}, {"verify", "--help"}, {"bench", "--help"}}) {
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"--help"}, {"run", "--help"}, {"verify", "--help"}, {"bench", "--help"}}) {
     const Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.code, 0);
     EXPECT_NE(outcome.out.find("--help"), std::string::npos);
@@ -242,14 +249,16 @@ TEST_F(Cli, RunsAFluidFileInEveryForm) {
 
   const auto result = [&](const std::string& variant, const std::string& form) {
     const std::string out = path(variant + form + ".fluid");
-    const Outcome outcome = run({"run", "--scene", path("start.fluid"), "--variant", variant, "--form", form, "--threads", "2", "--frames", "5", "--out", out});
+    const Outcome outcome =
+        run({"run", "--scene", path("start.fluid"), "--variant", variant, "--form", form, "--threads", "2", "--frames", "5", "--out", out});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.err, "");
     return fluid::read_fluid(out);
   };
   const fluid::FluidFile serial = result("serial", "symmetric");
   EXPECT_EQ(serial.particles_per_metre, start.particles_per_metre);
-  for (const auto& [variant, form] : {std::pair{"serial", "owner_gather"}, {"openmp", "owner_gather"}, {"openmp", "sub_grid"}, {"openmp", "cell_locks"}}) {
+  for (const auto& [variant, form] :
+       {std::pair{"serial", "owner_gather"}, {"openmp", "owner_gather"}, {"openmp", "sub_grid"}, {"openmp", "cell_locks"}}) {
     SCOPED_TRACE(std::string(variant) + ' ' + form);
     const fluid::FluidFile other = result(variant, form);
     ASSERT_EQ(other.particles.count, start.particles.count);
@@ -271,7 +280,8 @@ TEST_F(Cli, WritesFramesForParaView) {
     names.insert(entry.path().filename());
     const std::string frame = read_bytes(entry.path());
     EXPECT_EQ(frame.rfind("# vtk DataFile Version 3.0\n", 0), 0u);
-    for (const char* part : {"\nPOINTS ", "\nVECTORS velocity ", "\nSCALARS density "}) EXPECT_NE(frame.find(part), std::string::npos) << part;
+    for (const char* part : {"\nPOINTS ", "\nVECTORS velocity ", "\nSCALARS density "})
+      EXPECT_NE(frame.find(part), std::string::npos) << part;
   }
   EXPECT_EQ(names, (std::set<std::string>{"frame_00000.vtk", "frame_00001.vtk", "frame_00002.vtk"}));
 }
@@ -298,7 +308,8 @@ TEST_F(Cli, VerifiesAndReports) {
   expect_machine(report);
   ASSERT_EQ(report["rows"].size(), 2u);
   for (const auto& row : report["rows"]) {
-    expect_fields(row, {"kernel", "form", "scene", "threads", "lanes", "verdict", "error", "bound", "worst_at", "serial_ms", "openmp_ms", "passed"});
+    expect_fields(
+        row, {"kernel", "form", "scene", "threads", "lanes", "verdict", "error", "bound", "worst_at", "serial_ms", "openmp_ms", "passed"});
     EXPECT_EQ(row["kernel"], "fluid/advance");
     EXPECT_EQ(row["scene"], "single");
     EXPECT_EQ(row["verdict"], "bitwise");
@@ -310,7 +321,8 @@ TEST_F(Cli, VerifiesAndReports) {
 // Under gravity momentum is not conserved: a scene that says so cannot pass.
 TEST_F(Cli, ExitsWithOneWhereACheckFails) {
   const std::string wrong = scene(good_scene + "[holds]\nmomentum_conserved = true\n"), json = path("verify.json");
-  const Outcome outcome = run({"verify", "--kernel", "fluid/step", "--form", "owner_gather", "--scene", wrong, "--threads", "1", "--json", json});
+  const Outcome outcome =
+      run({"verify", "--kernel", "fluid/step", "--form", "owner_gather", "--scene", wrong, "--threads", "1", "--json", json});
   EXPECT_EQ(outcome.code, 1) << outcome.out << outcome.err;
   EXPECT_NE(outcome.out.find("FAILED"), std::string::npos);
   EXPECT_NE(outcome.out.find("0 passed, 1 failed\n"), std::string::npos) << outcome.out;
@@ -321,13 +333,15 @@ TEST_F(Cli, ExitsWithOneWhereACheckFails) {
 
 TEST_F(Cli, BenchesAndReports) {
   const std::string json = path("bench.json");
-  const Outcome outcome = run({"bench", "--kernel", "fluid/advance", "--scene", "scenes/fluid/single.toml", "--threads", "1", "--json", json});
+  const Outcome outcome =
+      run({"bench", "--kernel", "fluid/advance", "--scene", "scenes/fluid/single.toml", "--threads", "1", "--json", json});
   ASSERT_EQ(outcome.code, 0) << outcome.out << outcome.err;
   const auto report = nlohmann::json::parse(read_bytes(json));
   expect_machine(report);
   std::set<std::string> variants;
   for (const auto& row : report["rows"]) {
-    expect_fields(row, {"kernel", "form", "scene", "variant", "threads", "lanes", "ms", "spread", "items", "unit", "items_per_s", "bytes", "flops"});
+    expect_fields(
+        row, {"kernel", "form", "scene", "variant", "threads", "lanes", "ms", "spread", "items", "unit", "items_per_s", "bytes", "flops"});
     EXPECT_GT(row["ms"].get<double>(), 0);
     variants.insert(row["variant"].get<std::string>());
   }

@@ -75,14 +75,16 @@ TEST(House, NumbersAreWhatTheTextSays) {
   const auto mentions = [&](const std::string& text) {
     return std::ranges::any_of(makefile, [&](const std::string& line) { return line.find(text) != std::string::npos; });
   };
-  for (const char* flag : {"-ffast-math", "-Ofast", "-funsafe-math", "-fassociative-math", "-ffinite-math"}) EXPECT_FALSE(mentions(flag)) << flag;
+  for (const char* flag : {"-ffast-math", "-Ofast", "-funsafe-math", "-fassociative-math", "-ffinite-math"})
+    EXPECT_FALSE(mentions(flag)) << flag;
   EXPECT_TRUE(mentions("-ffp-contract=off"));
 }
 
 // A reduction over floats would answer differently at every thread count.
 TEST(House, NoReductionInOpenmp) {
   for (const fs::path& path : sources_below("openmp"))
-    for (const std::string& line : lines_of(path)) EXPECT_FALSE(std::regex_search(line, std::regex("reduction\\s*\\(\\s*[+*-]"))) << path << ": " << line;
+    for (const std::string& line : lines_of(path))
+      EXPECT_FALSE(std::regex_search(line, std::regex("reduction\\s*\\(\\s*[+*-]"))) << path << ": " << line;
 }
 
 // Lines that say something to the compiler: without comments, blank lines and indentation. The name of the version in the

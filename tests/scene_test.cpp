@@ -179,10 +179,10 @@ TEST_F(SceneTest, RefusesWhatIsTooBig) {
   EXPECT_EQ(error("kind = \"fluid\"\nparticles_per_metre = 100000\n" + block),
             "a.toml:2:23: 100000 particles per metre cut the domain into 6.245412043e+11 cells, expected at most 2147483646");
 
-  // 500,000,000 particles, which need 48 GB, while 1 GB of address space is left.
+  // 500,000,000 particles, which need 66 GB, while 1 GB of address space is left.
   const Limit limit(RLIMIT_AS, address_space() + 1'000'000'000);
   const std::string message = error(head + block + "[[block]]\nmin = [0, 0, 0]\nmax = [1, 1, 0.5]\nspacing = 0.001\n");
-  EXPECT_EQ(message.rfind("a.toml:6:1: simulating 500000024 particles in 4725 cells needs 48000", 0), 0u) << message;
+  EXPECT_EQ(message.rfind("a.toml:6:1: simulating 500000024 particles in 4725 cells needs 66000", 0), 0u) << message;
 }
 
 }  // namespace

@@ -49,11 +49,14 @@ void same_bits(Judgement& judgement, std::span<const T> openmp, std::span<const 
 // Keeps the element that comes nearest to its bound, or exceeds it most.
 inline void within_bound(Judgement& judgement, std::span<const float> openmp, std::span<const float> serial, std::span<const double> truth,
                          std::span<const double> rounding, const ElementName& name) {
-  const auto ratio = [](double error, double bound) { return error == 0 ? 0 : error / bound; };
+  const auto ratio = [](double error, double bound) {
+    if (error == 0 && bound >= 0) return 0.;
+    return error / bound >= 0 ? error / bound : std::numeric_limits<double>::infinity();  // what is no number is worst
+  };
   for (std::size_t k = 0; k < truth.size(); ++k) {
     const double error = std::abs(openmp[k] - truth[k]);
     const double bound = 2 * std::abs(serial[k] - truth[k]) + rounding[k];
-    const bool within = error <= bound;  // false for NaN
+    const bool within = std::isfinite(openmp[k]) && error <= bound;
     if (!within) judgement.passed = false;
     if (judgement.worst_at.empty() || !(ratio(error, bound) <= ratio(judgement.error, judgement.bound))) {
       judgement.error = error;

@@ -25,7 +25,7 @@ namespace {
 
 using namespace fluid;
 
-constexpr int settling_frames = 10;  // so that particles have left their lattice and meet walls
+constexpr int settling_frames = 40;  // so that particles have left their lattice and meet walls
 
 // A scene as each kernel finds it, with the serial answers and the truth. Made once a scene; shared by all kernels.
 struct Inputs {

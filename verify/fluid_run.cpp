@@ -111,6 +111,7 @@ FreeRuns run_freely(const Fluid<float>& start, int scene_frames) {
     runs.frames.push_back({state_by_id(fluid.particles), energy(fluid), 0, 0, 0});
   }
 
+  // Rounding disturbs all three axes: to first order its effect is the sum of theirs.
   for (auto axis : {&Vectors<float>::x, &Vectors<float>::y, &Vectors<float>::z}) {
     Fluid<float> moved = start;
     for (int i = 0; i < moved.particles.count; ++i) {
@@ -122,8 +123,8 @@ FreeRuns run_freely(const Fluid<float>& start, int scene_frames) {
       serial::step_symmetric(moved);
       const Distance now = distance(state_by_id(moved.particles), frame.serial);
       farthest = {std::max(farthest.positions, now.positions), std::max(farthest.velocities, now.velocities)};
-      frame.positions = std::max(frame.positions, farthest.positions);
-      frame.velocities = std::max(frame.velocities, farthest.velocities);
+      frame.positions += farthest.positions;
+      frame.velocities += farthest.velocities;
     }
   }
 

@@ -17,7 +17,7 @@ struct FreeRuns {
   struct Frame {
     std::vector<float> serial;  // [6 id + k]: position (m) and velocity (m/s)
     double serial_energy;       // J
-    double positions, velocities;  // m, m/s, rms: how far the fastest perturbed run has been from the first by now
+    double positions, velocities;  // m, m/s, rms: how far the perturbed runs have been from the first by now, added up
     double energy;              // J: how far apart that lets energies be
   };
   std::vector<Frame> frames;

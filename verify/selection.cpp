@@ -20,8 +20,10 @@ std::vector<Selected> select(const Options& options, Purpose purpose) {
   std::vector<Selected> selected;
   for (const Kernel& kernel : chosen) {
     std::vector<std::string> paths = purpose == Purpose::bench ? kernel.bench_scenes : kernel.scenes;
-    if (options.full || !options.scene.empty()) paths.insert(paths.end(), kernel.more_scenes.begin(), kernel.more_scenes.end());
+    if (options.full) paths.insert(paths.end(), kernel.more_scenes.begin(), kernel.more_scenes.end());
     if (!options.scene.empty()) {
+      paths = kernel.scenes;
+      paths.insert(paths.end(), kernel.more_scenes.begin(), kernel.more_scenes.end());
       // A name stands for the scene of that name; anything else is a path to a scene of the user's own.
       std::erase_if(paths, [&](const std::string& path) { return std::filesystem::path(path).stem() != options.scene; });
       if (paths.empty()) paths = {options.scene};

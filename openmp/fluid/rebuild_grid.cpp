@@ -110,7 +110,7 @@ void rebuild_grid_linked_lists(Grid<Real>& grid, Particles<Real>& particles, Par
     const int begin = grid.cell_begin[c], end = grid.cell_begin[c + 1];
     int k = begin;
     for (int i = head[c]; i != none; i = next[i]) order[k++] = i;
-    std::sort(&order[begin], &order[end]);
+    std::sort(order.begin() + begin, order.begin() + end);
     for (k = begin; k < end; ++k) move(particles, order[k], sorted, k);
   }
   std::swap(particles, sorted);
