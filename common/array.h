@@ -23,12 +23,12 @@ struct AlignedAllocator {
   T* allocate(std::size_t n) {
     static std::atomic<std::size_t> blocks = 0;
     const std::size_t lines_in = 1 + 3 * blocks++ % 61;
-    char* block = static_cast<char*>(::operator new(lines_in * array_alignment + n * sizeof(T), std::align_val_t{array_alignment}));
+    char* block = static_cast<char*>(::operator new (lines_in* array_alignment + n * sizeof(T), std::align_val_t{array_alignment}));
     void** array = reinterpret_cast<void**>(block + lines_in * array_alignment);
     array[-1] = block;  // for deallocate
     return reinterpret_cast<T*>(array);
   }
-  void deallocate(T* array, std::size_t) { ::operator delete(reinterpret_cast<void**>(array)[-1], std::align_val_t{array_alignment}); }
+  void deallocate(T* array, std::size_t) { ::operator delete (reinterpret_cast<void**>(array)[-1], std::align_val_t{array_alignment}); }
   bool operator==(const AlignedAllocator&) const = default;
 };
 

@@ -24,56 +24,56 @@ namespace lockstep {
 
 inline constexpr int lanes = 16;
 
-struct floatv;  // floatv(float x) is implicit and sets every lane to x; floatv() is uninitialised
-struct intv;    // intv(std::int32_t x), likewise
-struct maskv;   // one truth value a lane; a lane is active where it is true
-struct Records; // floatv field[8]
+struct floatv;   // floatv(float x) is implicit and sets every lane to x; floatv() is uninitialised
+struct intv;     // intv(std::int32_t x), likewise
+struct maskv;    // one truth value a lane; a lane is active where it is true
+struct Records;  // floatv field[8]
 
 // Memory. Any alignment. Memory of inactive lanes is not touched, it need not even be there.
-floatv load(const float* p);                                             // p[l]
+floatv load(const float* p);  // p[l]
 intv load(const std::int32_t* p);
-floatv load(const float* p, maskv mask);                                 // mask ? p[l] : 0
+floatv load(const float* p, maskv mask);  // mask ? p[l] : 0
 intv load(const std::int32_t* p, maskv mask);
-void store(float* p, floatv v);                                          // p[l] = v
+void store(float* p, floatv v);  // p[l] = v
 void store(std::int32_t* p, intv v);
-void store(float* p, floatv v, maskv mask);                              // if (mask) p[l] = v
+void store(float* p, floatv v, maskv mask);  // if (mask) p[l] = v
 void store(std::int32_t* p, intv v, maskv mask);
-floatv gather(const float* base, intv index);                            // base[index]
+floatv gather(const float* base, intv index);  // base[index]
 intv gather(const std::int32_t* base, intv index);
-floatv gather(const float* base, intv index, maskv mask);                // mask ? base[index] : 0
+floatv gather(const float* base, intv index, maskv mask);  // mask ? base[index] : 0
 intv gather(const std::int32_t* base, intv index, maskv mask);
-void scatter(float* base, intv index, floatv v);                         // base[index] = v; among equal indices
-void scatter(std::int32_t* base, intv index, intv v);                    //   the highest lane wins
-void scatter(float* base, intv index, floatv v, maskv mask);             // if (mask) base[index] = v; among equal
-void scatter(std::int32_t* base, intv index, intv v, maskv mask);        //   indices the highest active lane wins
+void scatter(float* base, intv index, floatv v);                   // base[index] = v; among equal indices
+void scatter(std::int32_t* base, intv index, intv v);              //   the highest lane wins
+void scatter(float* base, intv index, floatv v, maskv mask);       // if (mask) base[index] = v; among equal
+void scatter(std::int32_t* base, intv index, intv v, maskv mask);  //   indices the highest active lane wins
 
 // Whole records: sixteen records of eight floats, and what lane l finds in field f of its own. One access a record, where
 // eight gathers would be eight; 32-byte aligned.
-Records load_records(const float* records, const std::int32_t* index);   // field[f] lane l = records[8 * index[l] + f]
+Records load_records(const float* records, const std::int32_t* index);  // field[f] lane l = records[8 * index[l] + f]
 
 // Arithmetic. Each operation on floatv rounds once, to nearest; intv wraps around.
 floatv operator+(floatv a, floatv b);
 floatv operator-(floatv a, floatv b);
 floatv operator*(floatv a, floatv b);
 floatv operator/(floatv a, floatv b);
-floatv operator-(floatv a);           // flips the sign, also that of zero and NaN
-floatv min(floatv a, floatv b);       // a < b ? a : b, so b when either is NaN or both are zero
-floatv max(floatv a, floatv b);       // a > b ? a : b, so b when either is NaN or both are zero
-floatv abs(floatv a);                 // clears the sign
-floatv sqrt(floatv a);                // correctly rounded
+floatv operator-(floatv a);                // flips the sign, also that of zero and NaN
+floatv min(floatv a, floatv b);            // a < b ? a : b, so b when either is NaN or both are zero
+floatv max(floatv a, floatv b);            // a > b ? a : b, so b when either is NaN or both are zero
+floatv abs(floatv a);                      // clears the sign
+floatv sqrt(floatv a);                     // correctly rounded
 floatv fma(floatv a, floatv b, floatv c);  // a * b + c rounded once, on every back end
 intv operator+(intv a, intv b);
 intv operator-(intv a, intv b);
-intv operator*(intv a, intv b);       // the low 32 bits of the product
+intv operator*(intv a, intv b);  // the low 32 bits of the product
 intv operator&(intv a, intv b);
 intv operator|(intv a, intv b);
 intv operator^(intv a, intv b);
-intv operator<<(intv a, intv n);      // 0 <= n < 32
-intv operator>>(intv a, intv n);      // 0 <= n < 32, arithmetic: copies of the sign come in
+intv operator<<(intv a, intv n);  // 0 <= n < 32
+intv operator>>(intv a, intv n);  // 0 <= n < 32, arithmetic: copies of the sign come in
 intv min(intv a, intv b);
 intv max(intv a, intv b);
-intv to_int(floatv a);                // truncated; INT32_MIN where that does not fit, and for NaN
-floatv to_float(intv a);              // rounded to nearest
+intv to_int(floatv a);    // truncated; INT32_MIN where that does not fit, and for NaN
+floatv to_float(intv a);  // rounded to nearest
 
 // Comparison. With a NaN, != is true and all others are false.
 maskv operator<(floatv a, floatv b);
@@ -94,23 +94,23 @@ maskv operator&(maskv a, maskv b);
 maskv operator|(maskv a, maskv b);
 maskv operator^(maskv a, maskv b);
 maskv operator~(maskv a);
-std::uint32_t bits(maskv mask);       // bit l is lane l; bits 16 and up are 0
+std::uint32_t bits(maskv mask);  // bit l is lane l; bits 16 and up are 0
 bool any(maskv mask);
 bool all(maskv mask);
 bool none(maskv mask);
-int count(maskv mask);                // how many lanes are active
-intv lane_index();                    // 0, 1, ... 15
-maskv first_lanes(int n);             // lane_index() < n: none for n <= 0, all for n >= 16; the mask of a loop's tail
+int count(maskv mask);                          // how many lanes are active
+intv lane_index();                              // 0, 1, ... 15
+maskv first_lanes(int n);                       // lane_index() < n: none for n <= 0, all for n >= 16; the mask of a loop's tail
 floatv select(maskv mask, floatv a, floatv b);  // mask ? a : b; both are computed
 intv select(maskv mask, intv a, intv b);
 // where(mask, v) = x   changes the active lanes of v and keeps the others; also += -= *= /= &= |= ^= <<= >>=
 // a += b and so on     wherever a + b is declared above
 
 // Across lanes. Reductions run in one fixed tree: lane l with l + 8, then with l + 4, l + 2, l + 1.
-float reduce_add(floatv v);           // ((v0 + v8) + (v4 + v12)) + ...; another order than a loop's, so other bits
-float reduce_min(floatv v);           // by min(a, b) above: of a NaN, or of zeros, which lane wins follows the tree
-float reduce_max(floatv v);           // by max(a, b), likewise
-std::int32_t reduce_add(intv v);      // wraps around
+float reduce_add(floatv v);             // ((v0 + v8) + (v4 + v12)) + ...; another order than a loop's, so other bits
+float reduce_min(floatv v);             // by min(a, b) above: of a NaN, or of zeros, which lane wins follows the tree
+float reduce_max(floatv v);             // by max(a, b), likewise
+std::int32_t reduce_add(intv v);        // wraps around
 floatv compress(maskv mask, floatv v);  // the active lanes, moved to the front in order; the rest 0
 intv compress(maskv mask, intv v);
 
@@ -143,40 +143,76 @@ template <class V>
 concept Lanes = std::same_as<V, floatv> || std::same_as<V, intv> || std::same_as<V, maskv>;
 
 // The right-hand side does not take part in deduction, so that `v += 1.0f` broadcasts.
-template <Lanes V> LOCKSTEP_INLINE V& operator+=(V& a, std::type_identity_t<V> b) { return a = a + b; }
-template <Lanes V> LOCKSTEP_INLINE V& operator-=(V& a, std::type_identity_t<V> b) { return a = a - b; }
-template <Lanes V> LOCKSTEP_INLINE V& operator*=(V& a, std::type_identity_t<V> b) { return a = a * b; }
-template <Lanes V> LOCKSTEP_INLINE V& operator/=(V& a, std::type_identity_t<V> b) { return a = a / b; }
-template <Lanes V> LOCKSTEP_INLINE V& operator&=(V& a, std::type_identity_t<V> b) { return a = a & b; }
-template <Lanes V> LOCKSTEP_INLINE V& operator|=(V& a, std::type_identity_t<V> b) { return a = a | b; }
-template <Lanes V> LOCKSTEP_INLINE V& operator^=(V& a, std::type_identity_t<V> b) { return a = a ^ b; }
-template <Lanes V> LOCKSTEP_INLINE V& operator<<=(V& a, std::type_identity_t<V> b) { return a = a << b; }
-template <Lanes V> LOCKSTEP_INLINE V& operator>>=(V& a, std::type_identity_t<V> b) { return a = a >> b; }
+template <Lanes V>
+LOCKSTEP_INLINE V& operator+=(V& a, std::type_identity_t<V> b) {
+  return a = a + b;
+}
+template <Lanes V>
+LOCKSTEP_INLINE V& operator-=(V& a, std::type_identity_t<V> b) {
+  return a = a - b;
+}
+template <Lanes V>
+LOCKSTEP_INLINE V& operator*=(V& a, std::type_identity_t<V> b) {
+  return a = a * b;
+}
+template <Lanes V>
+LOCKSTEP_INLINE V& operator/=(V& a, std::type_identity_t<V> b) {
+  return a = a / b;
+}
+template <Lanes V>
+LOCKSTEP_INLINE V& operator&=(V& a, std::type_identity_t<V> b) {
+  return a = a & b;
+}
+template <Lanes V>
+LOCKSTEP_INLINE V& operator|=(V& a, std::type_identity_t<V> b) {
+  return a = a | b;
+}
+template <Lanes V>
+LOCKSTEP_INLINE V& operator^=(V& a, std::type_identity_t<V> b) {
+  return a = a ^ b;
+}
+template <Lanes V>
+LOCKSTEP_INLINE V& operator<<=(V& a, std::type_identity_t<V> b) {
+  return a = a << b;
+}
+template <Lanes V>
+LOCKSTEP_INLINE V& operator>>=(V& a, std::type_identity_t<V> b) {
+  return a = a >> b;
+}
 
 // The active lanes of a variable, as something to assign to.
 template <class V>
 struct Where {
-    maskv mask;
-    V& variable;
+  maskv mask;
+  V& variable;
 
-    LOCKSTEP_INLINE void operator=(V v) const { variable = select(mask, v, variable); }
-    LOCKSTEP_INLINE void operator+=(V v) const { *this = variable + v; }
-    LOCKSTEP_INLINE void operator-=(V v) const { *this = variable - v; }
-    LOCKSTEP_INLINE void operator*=(V v) const { *this = variable * v; }
-    LOCKSTEP_INLINE void operator/=(V v) const { *this = variable / v; }
-    LOCKSTEP_INLINE void operator&=(V v) const { *this = variable & v; }
-    LOCKSTEP_INLINE void operator|=(V v) const { *this = variable | v; }
-    LOCKSTEP_INLINE void operator^=(V v) const { *this = variable ^ v; }
-    LOCKSTEP_INLINE void operator<<=(V v) const { *this = variable << v; }
-    LOCKSTEP_INLINE void operator>>=(V v) const { *this = variable >> v; }
+  LOCKSTEP_INLINE void operator=(V v) const { variable = select(mask, v, variable); }
+  LOCKSTEP_INLINE void operator+=(V v) const { *this = variable + v; }
+  LOCKSTEP_INLINE void operator-=(V v) const { *this = variable - v; }
+  LOCKSTEP_INLINE void operator*=(V v) const { *this = variable * v; }
+  LOCKSTEP_INLINE void operator/=(V v) const { *this = variable / v; }
+  LOCKSTEP_INLINE void operator&=(V v) const { *this = variable & v; }
+  LOCKSTEP_INLINE void operator|=(V v) const { *this = variable | v; }
+  LOCKSTEP_INLINE void operator^=(V v) const { *this = variable ^ v; }
+  LOCKSTEP_INLINE void operator<<=(V v) const { *this = variable << v; }
+  LOCKSTEP_INLINE void operator>>=(V v) const { *this = variable >> v; }
 };
 
-template <class V> LOCKSTEP_INLINE Where<V> where(maskv mask, V& variable) { return {mask, variable}; }
+template <class V>
+LOCKSTEP_INLINE Where<V> where(maskv mask, V& variable) {
+  return {mask, variable};
+}
 
 // A back end runs the tree in registers that shrink with it, hence `auto`.
-LOCKSTEP_INLINE float reduce_add(floatv v) { return reduce_lanes(v, [](auto a, auto b) { return a + b; }); }
-LOCKSTEP_INLINE float reduce_min(floatv v) { return reduce_lanes(v, [](auto a, auto b) { return min(a, b); }); }
-LOCKSTEP_INLINE float reduce_max(floatv v) { return reduce_lanes(v, [](auto a, auto b) { return max(a, b); }); }
+LOCKSTEP_INLINE float reduce_add(floatv v) {
+  return reduce_lanes(v, [](auto a, auto b) { return a + b; });
+}
+LOCKSTEP_INLINE float reduce_min(floatv v) {
+  return reduce_lanes(v, [](auto a, auto b) { return min(a, b); });
+}
+LOCKSTEP_INLINE float reduce_max(floatv v) {
+  return reduce_lanes(v, [](auto a, auto b) { return max(a, b); });
+}
 
 }  // namespace lockstep
 

@@ -244,14 +244,17 @@ TEST_F(FluidIo, WritesFramesForParaView) {
     }
     return bytes + '\n';
   };
-  EXPECT_EQ(read_bytes(path("a.vtk")), "# vtk DataFile Version 3.0\nLockstep fluid\nBINARY\nDATASET POLYDATA\n"
-                                       "POINTS 2 float\n" + big_endian(-1.f, -.75f, -.5f, 1.25f, 1.5f, 1.75f) +
-                                       "VERTICES 2 4\n" + big_endian(1, 0, 1, 1) +
-                                       "POINT_DATA 2\n"
-                                       "VECTORS velocity float\n" + big_endian(.5f, .75f, 1.f, 2.75f, 3.f, 3.25f) +
-                                       "SCALARS density float 1\nLOOKUP_TABLE default\n" + big_endian(1000.f, 1001.f) +
-                                       "SCALARS id int 1\nLOOKUP_TABLE default\n" + big_endian(0, 1));
-  EXPECT_EQ(error_of([&] { write_vtk(path("none/a.vtk"), particles, std::array{1.f, 1.f}); }),
+  EXPECT_EQ(read_bytes(path("a.vtk")),
+            "# vtk DataFile Version 3.0\nLockstep fluid\nBINARY\nDATASET POLYDATA\n"
+            "POINTS 2 float\n" +
+                big_endian(-1.f, -.75f, -.5f, 1.25f, 1.5f, 1.75f) + "VERTICES 2 4\n" + big_endian(1, 0, 1, 1) +
+                "POINT_DATA 2\n"
+                "VECTORS velocity float\n" +
+                big_endian(.5f, .75f, 1.f, 2.75f, 3.f, 3.25f) + "SCALARS density float 1\nLOOKUP_TABLE default\n" +
+                big_endian(1000.f, 1001.f) + "SCALARS id int 1\nLOOKUP_TABLE default\n" + big_endian(0, 1));
+  EXPECT_EQ(error_of([&] {
+              write_vtk(path("none/a.vtk"), particles, std::array{1.f, 1.f});
+            }),
             path("none/a.vtk") + ": cannot be written: No such file or directory");
   EXPECT_EQ(files(), 2);
 }

@@ -34,9 +34,17 @@ const std::string block = "[[block]]\nmin = [0, 0, 0]\nmax = [0.01, 0.015, 0.02]
 // Run from the root of the repository, as `make test` does.
 TEST(Scenes, OfTheRepositoryLoad) {
   const std::map<std::string, int> counts{
-      {"dam_break_5k", 5040}, {"dam_break_35k", 35100}, {"dam_break_100k", 100352}, {"dam_break_500k", 502272},
-      {"lattice_5k", 4913},   {"lattice_35k", 35937},   {"lattice_100k", 103823},   {"lattice_500k", 512000},
-      {"clump", 4096},        {"single", 1},            {"splash", 25515},
+      {"dam_break_5k", 5040},
+      {"dam_break_35k", 35100},
+      {"dam_break_100k", 100352},
+      {"dam_break_500k", 502272},
+      {"lattice_5k", 4913},
+      {"lattice_35k", 35937},
+      {"lattice_100k", 103823},
+      {"lattice_500k", 512000},
+      {"clump", 4096},
+      {"single", 1},
+      {"splash", 25515},
   };
   std::map<std::string, int> found;
   for (const auto& file : std::filesystem::directory_iterator("scenes/fluid")) {
@@ -129,8 +137,7 @@ TEST_F(SceneTest, RefusesWhatIsNoScene) {
 TEST_F(SceneTest, RefusesUnknownAndMissingKeys) {
   EXPECT_EQ(error(head + "frmes = 3\n" + block),
             "a.toml:3:1: unknown key frmes, expected one of: kind, particles_per_metre, block, frames, walls, gravity, seed, holds");
-  EXPECT_EQ(error(head + block + "  spacng = 3\n"),
-            "a.toml:6:3: unknown key spacng, expected one of: min, max, spacing, jitter, velocity");
+  EXPECT_EQ(error(head + block + "  spacng = 3\n"), "a.toml:6:3: unknown key spacng, expected one of: min, max, spacing, jitter, velocity");
   EXPECT_EQ(error(head + block + "[holds]\nmass_conserved = true\n"),
             "a.toml:7:1: unknown key mass_conserved, expected one of: momentum_conserved, inside_domain, lattice_density, "
             "energy_falls_after");
@@ -156,8 +163,7 @@ TEST_F(SceneTest, RefusesWrongValues) {
   EXPECT_EQ(error(with("gravity = [0, nan, 0]")), "a.toml:3:15: gravity: expected three finite numbers [x, y, z] in m/s^2");
   EXPECT_EQ(error(with("gravity = [0, 1e19, 0]")), "a.toml:3:15: gravity: expected three finite numbers [x, y, z] in m/s^2");
   EXPECT_EQ(error(with("holds = true")), "a.toml:3:9: holds: expected a table [holds]");
-  EXPECT_EQ(error(with("holds.energy_falls_after = -1")),
-            "a.toml:3:28: energy_falls_after: expected a whole number from 0 to 2147483647");
+  EXPECT_EQ(error(with("holds.energy_falls_after = -1")), "a.toml:3:28: energy_falls_after: expected a whole number from 0 to 2147483647");
 }
 
 TEST_F(SceneTest, RefusesWrongBlocks) {

@@ -70,12 +70,13 @@ int bench(const Options& options) {
   nlohmann::ordered_json on = machine();
   for (int threads : options.threads) {
     progress("peaks of the machine");
-    on["peaks"].push_back({{"threads", threads}, {"triad_gb_per_s", triad_gb_per_s(threads)}, {"fma_gflop_per_s", fma_gflop_per_s(threads)}});
+    on["peaks"].push_back(
+        {{"threads", threads}, {"triad_gb_per_s", triad_gb_per_s(threads)}, {"fma_gflop_per_s", fma_gflop_per_s(threads)}});
   }
   progress("");
   for (const auto& peak : on["peaks"])
-    std::printf("peaks at %d threads: triad %.1f GB/s, fma %.1f GFLOP/s\n", peak["threads"].get<int>(), peak["triad_gb_per_s"].get<double>(),
-                peak["fma_gflop_per_s"].get<double>());
+    std::printf("peaks at %d threads: triad %.1f GB/s, fma %.1f GFLOP/s\n", peak["threads"].get<int>(),
+                peak["triad_gb_per_s"].get<double>(), peak["fma_gflop_per_s"].get<double>());
   std::printf("%-19s %-13s %-15s %-11s %7s %9s %7s %12s %7s %8s %9s\n", "kernel", "form", "scene", "variant", "threads", "ms", "spread",
               "items/s", "GB/s", "GFLOP/s", "x serial");
 
@@ -109,9 +110,19 @@ int bench(const Options& options) {
                   scene.c_str(), variant.name.c_str(), variant.threads, median * 1e3, spread * 100, work.items / median,
                   work.bytes / median * 1e-9, work.flops / median * 1e-9, serial_median / median);
       std::fflush(stdout);
-      rows.push_back({{"kernel", kernel.name}, {"form", kernel.form}, {"scene", scene}, {"variant", variant.name}, {"threads", variant.threads},
-                      {"lanes", variant.name == "openmp" ? lanes : 1}, {"ms", median * 1e3}, {"spread", spread}, {"items", work.items},
-                      {"unit", work.unit}, {"items_per_s", work.items / median}, {"bytes", work.bytes}, {"flops", work.flops}});
+      rows.push_back({{"kernel", kernel.name},
+                      {"form", kernel.form},
+                      {"scene", scene},
+                      {"variant", variant.name},
+                      {"threads", variant.threads},
+                      {"lanes", variant.name == "openmp" ? lanes : 1},
+                      {"ms", median * 1e3},
+                      {"spread", spread},
+                      {"items", work.items},
+                      {"unit", work.unit},
+                      {"items_per_s", work.items / median},
+                      {"bytes", work.bytes},
+                      {"flops", work.flops}});
     }
   }
   if (!options.json.empty()) write_report(options.json, on, rows);

@@ -90,7 +90,8 @@ ElementName particle_name(const Inputs& in, const char* what) {
   return [&in, what](std::size_t i) {
     const auto& p = in.fluid.particles;
     char text[160];
-    std::snprintf(text, sizeof text, "%s of particle %d at (%.4g %.4g %.4g)", what, p.id[i], p.position.x[i], p.position.y[i], p.position.z[i]);
+    std::snprintf(text, sizeof text, "%s of particle %d at (%.4g %.4g %.4g)", what, p.id[i], p.position.x[i], p.position.y[i],
+                  p.position.z[i]);
     return std::string(text);
   };
 }
@@ -130,17 +131,15 @@ Case rebuild_grid_case(const std::string& path, RebuildGrid<float>* openmp) {
   const double n = s->in->fluid.particles.count, cells = s->in->fluid.grid.cells();
   return {
       .reset = [s] { s->grid = s->in->fluid.grid, s->openmp = s->sorted = s->in->unsorted; },
-      .serial =
-          [s] {
-            serial::rebuild_grid(s->grid, s->openmp, s->sorted);
-          },
+      .serial = [s] { serial::rebuild_grid(s->grid, s->openmp, s->sorted); },
       .best_serial = nullptr,
       .openmp = [s, openmp] { openmp(s->grid, s->openmp, s->sorted); },
       .judge =
           [s] {
             const ElementName name = particle_name(*s->in, "place");
             Judgement judgement{.verdict = Verdict::bitwise, .worst_at = ""};
-            same_bits(judgement, std::span<const std::int32_t>(s->grid.cell_begin), std::span<const std::int32_t>(s->in->fluid.grid.cell_begin),
+            same_bits(judgement, std::span<const std::int32_t>(s->grid.cell_begin),
+                      std::span<const std::int32_t>(s->in->fluid.grid.cell_begin),
                       [](std::size_t c) { return "begin of cell " + std::to_string(c); });
             same_bits(judgement, s->openmp, s->in->fluid.particles, name);
             return judgement;
@@ -204,7 +203,8 @@ Case forces_case(const std::string& path, Forces<float>* twin, Forces<float>* op
   s->rounding = force_rounding(truth, truth.density, std::vector<double>(count, 0));
   Forces<float>* best = serial::forces_symmetric;
   const auto with = [s](Forces<float>* forces, Vectors<float>& a) -> std::function<void()> {
-    return [s, forces, &a] { forces(s->in->fluid.model, s->in->fluid.grid, s->in->fluid.particles, s->neighbours, s->in->fluid.density, a); };
+    return
+        [s, forces, &a] { forces(s->in->fluid.model, s->in->fluid.grid, s->in->fluid.particles, s->neighbours, s->in->fluid.density, a); };
   };
   return {
       .reset = [s, count] { s->openmp = Vectors<float>(), s->openmp.resize(count); },
@@ -324,9 +324,10 @@ Case step_case(const std::string& path, const StepForm& form) {
 
 std::vector<Kernel> fluid_kernels() {
   const auto scene = [](const char* name) { return std::string("scenes/fluid/") + name + ".toml"; };
-  const std::vector<std::string> scenes = {scene("dam_break_5k"), scene("lattice_5k"), scene("splash"),        scene("clump"),
+  const std::vector<std::string> scenes = {scene("dam_break_5k"), scene("lattice_5k"),  scene("splash"),        scene("clump"),
                                            scene("single"),       scene("lattice_35k"), scene("dam_break_100k")};
-  const std::vector<std::string> more_scenes = {scene("dam_break_35k"), scene("lattice_100k"), scene("dam_break_500k"), scene("lattice_500k")};
+  const std::vector<std::string> more_scenes = {scene("dam_break_35k"), scene("lattice_100k"), scene("dam_break_500k"),
+                                                scene("lattice_500k")};
   const std::vector<std::string> bench_scenes = {scene("dam_break_100k")};
   std::vector<Kernel> kernels;
   const auto add = [&](const char* name, const char* form, bool order_dependent, std::function<Case(const std::string&)> make) {
@@ -337,10 +338,12 @@ std::vector<Kernel> fluid_kernels() {
   add("fluid/rebuild_grid", "linked_lists", false, [](auto& path) { return rebuild_grid_case(path, rebuild_grid_linked_lists); });
   add("fluid/densities", "owner_gather", false,
       [](auto& path) { return densities_case(path, serial::densities_owner_gather, densities_owner_gather); });
-  add("fluid/densities", "sub_grid", true, [](auto& path) { return densities_case(path, serial::densities_symmetric, densities_sub_grid); });
+  add("fluid/densities", "sub_grid", true,
+      [](auto& path) { return densities_case(path, serial::densities_symmetric, densities_sub_grid); });
   add("fluid/densities", "cell_locks", true,
       [](auto& path) { return densities_case(path, serial::densities_symmetric, densities_cell_locks); });
-  add("fluid/forces", "owner_gather", false, [](auto& path) { return forces_case(path, serial::forces_owner_gather, forces_owner_gather); });
+  add("fluid/forces", "owner_gather", false,
+      [](auto& path) { return forces_case(path, serial::forces_owner_gather, forces_owner_gather); });
   add("fluid/forces", "sub_grid", true, [](auto& path) { return forces_case(path, serial::forces_symmetric, forces_sub_grid); });
   add("fluid/forces", "cell_locks", true, [](auto& path) { return forces_case(path, serial::forces_symmetric, forces_cell_locks); });
   add("fluid/collisions", "", false, collisions_case);
@@ -349,7 +352,8 @@ std::vector<Kernel> fluid_kernels() {
     if (form.variant == "openmp")
       add("fluid/step", form.form.c_str(), form.form != "owner_gather", [form](auto& path) { return step_case(path, form); });
   for (Kernel& kernel : kernels)
-    if (kernel.name == "fluid/step") kernel.bench_scenes = {scene("dam_break_5k"), scene("dam_break_35k"), scene("dam_break_100k"), scene("dam_break_500k")};
+    if (kernel.name == "fluid/step")
+      kernel.bench_scenes = {scene("dam_break_5k"), scene("dam_break_35k"), scene("dam_break_100k"), scene("dam_break_500k")};
   return kernels;
 }
 

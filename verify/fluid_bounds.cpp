@@ -57,7 +57,8 @@ Vectors<double> force_rounding(const Fluid<double>& truth, std::span<const doubl
   Vectors<double> sum, by_density;
   sum.resize(count);
   by_density.resize(count);
-  for (int i = 0; i < count; ++i) sum.x[i] = std::abs(model.gravity.x), sum.y[i] = std::abs(model.gravity.y), sum.z[i] = std::abs(model.gravity.z);
+  for (int i = 0; i < count; ++i)
+    sum.x[i] = std::abs(model.gravity.x), sum.y[i] = std::abs(model.gravity.y), sum.z[i] = std::abs(model.gravity.z);
   for_each_neighbour(truth, [&](int i, int j, double dx, double dy, double dz, double r2) {
     if (i == j) return;
     terms[i] += 1;

@@ -59,7 +59,8 @@ double energy(const Fluid<float>& fluid) {
   for (int i = 0; i < p.count; ++i) {
     const double vx = p.velocity.x[i], vy = p.velocity.y[i], vz = p.velocity.z[i];
     sum += .5 * (vx * vx + vy * vy + vz * vz);
-    sum -= double(g.x) * (p.position.x[i] - floor.x) + double(g.y) * (p.position.y[i] - floor.y) + double(g.z) * (p.position.z[i] - floor.z);
+    sum -=
+        double(g.x) * (p.position.x[i] - floor.x) + double(g.y) * (p.position.y[i] - floor.y) + double(g.z) * (p.position.z[i] - floor.z);
   }
   return particle_mass(fluid.model) * sum;
 }
@@ -155,7 +156,8 @@ void check_one_step(Judgement& judgement, const Fluid<float>& start, const Fluid
   for (double& error : density_error) error *= 3;  // n u density each for serial and openmp, and for serial once more by the factor 2
   const Vectors<double> a_error = force_rounding(before, density, density_error);
 
-  const std::vector<int> in_truth = id_order(truth.particles), in_openmp = id_order(openmp.particles), in_serial = id_order(serial.particles);
+  const std::vector<int> in_truth = id_order(truth.particles), in_openmp = id_order(openmp.particles),
+                         in_serial = id_order(serial.particles);
   const double dt = truth.model.time_step;
   const auto axis = [&](auto of, const char* name) {
     std::vector<float> o(2 * count), s(2 * count);
@@ -176,9 +178,12 @@ void check_one_step(Judgement& judgement, const Fluid<float>& start, const Fluid
       return std::string(name) + (k < std::size_t(count) ? " half velocity" : " position") + " of particle " + std::to_string(k % count);
     });
   };
-  axis([](auto& v) -> auto& { return v.x; }, "x");
-  axis([](auto& v) -> auto& { return v.y; }, "y");
-  axis([](auto& v) -> auto& { return v.z; }, "z");
+  axis(
+      [](auto& v) -> auto& { return v.x; }, "x");
+  axis(
+      [](auto& v) -> auto& { return v.y; }, "y");
+  axis(
+      [](auto& v) -> auto& { return v.z; }, "z");
 }
 
 void check_free_run(Judgement& judgement, const FreeRuns& runs, const Holds& holds, const Fluid<float>& start, Step<float>* step) {
@@ -200,8 +205,10 @@ void check_free_run(Judgement& judgement, const FreeRuns& runs, const Holds& hol
     const FreeRuns::Frame& serial = runs.frames[frame];
     const auto [positions, velocities] = distance(state_by_id(fluid.particles), serial.serial);
     const double energies = std::abs(energy(fluid) - serial.serial_energy);
-    check(judgement, positions <= serial.positions, frame_name("rms distance of positions from the serial run", frame), positions, serial.positions);
-    check(judgement, velocities <= serial.velocities, frame_name("rms distance of velocities from the serial run", frame), velocities, serial.velocities);
+    check(judgement, positions <= serial.positions, frame_name("rms distance of positions from the serial run", frame), positions,
+          serial.positions);
+    check(judgement, velocities <= serial.velocities, frame_name("rms distance of velocities from the serial run", frame), velocities,
+          serial.velocities);
     check(judgement, energies <= serial.energy, frame_name("energy", frame), energies, serial.energy);
   }
 }
@@ -220,8 +227,8 @@ void check_lattice_density(Judgement& judgement, const Fluid<double>& lattice, s
     const auto inside = [&](double x, double low, double high) { return x - low > h && high - x > h; };
     if (!inside(p.x[i], *x_low, *x_high) || !inside(p.y[i], *y_low, *y_high) || !inside(p.z[i], *z_low, *z_high)) continue;
     check(judgement, std::abs(density[i] - expected) <= allowed,
-          both_values("lattice density of particle " + std::to_string(lattice.particles.id[i]), density[i], expected), std::abs(density[i] - expected),
-          allowed);
+          both_values("lattice density of particle " + std::to_string(lattice.particles.id[i]), density[i], expected),
+          std::abs(density[i] - expected), allowed);
   }
 }
 

@@ -15,10 +15,10 @@ namespace lockstep::verify {
 // those leave the first is how fast the scene itself forgets its input.
 struct FreeRuns {
   struct Frame {
-    std::vector<float> serial;  // [6 id + k]: position (m) and velocity (m/s)
-    double serial_energy;       // J
+    std::vector<float> serial;     // [6 id + k]: position (m) and velocity (m/s)
+    double serial_energy;          // J
     double positions, velocities;  // m, m/s, rms: how far the perturbed runs have been from the first by now, added up
-    double energy;              // J: how far apart that lets energies be
+    double energy;                 // J: how far apart that lets energies be
   };
   std::vector<Frame> frames;
   // Trajectories are compared in so many of them: until the perturbed runs are h / 100 away. Beyond that two runs are two
@@ -28,7 +28,8 @@ struct FreeRuns {
 FreeRuns run_freely(const fluid::Fluid<float>& start, int scene_frames);
 
 // Asserts that one step from the same state leaves every particle as near to the double run as the bounded verdict asks.
-void check_one_step(Judgement& judgement, const fluid::Fluid<float>& start, const fluid::Fluid<float>& openmp, const fluid::Fluid<float>& serial);
+void check_one_step(Judgement& judgement, const fluid::Fluid<float>& start, const fluid::Fluid<float>& openmp,
+                    const fluid::Fluid<float>& serial);
 
 // Asserts of a run of `step` from the state that
 //   every number stays finite, and what the scene says holds in each frame (inside the domain, momentum conserved);

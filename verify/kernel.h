@@ -39,20 +39,20 @@ struct Work {
 
 // One kernel in one form on one scene: inputs made, truth known. The functions share their state.
 struct Case {
-  std::function<void()> reset;    // makes the inputs what they were; not timed
-  std::function<void()> serial;   // the serial form of the same algorithm: what openmp must agree with
-  std::function<void()> best_serial;     // the best serial algorithm, where that is another: what openmp must beat
-  std::function<void()> openmp;   // with as many threads as omp_set_num_threads said
-  std::function<Judgement()> judge;      // of what the last serial and openmp runs left
-  std::function<std::uint64_t()> hash;   // of what the last openmp run left, in an order that does not depend on the run
+  std::function<void()> reset;          // makes the inputs what they were; not timed
+  std::function<void()> serial;         // the serial form of the same algorithm: what openmp must agree with
+  std::function<void()> best_serial;    // the best serial algorithm, where that is another: what openmp must beat
+  std::function<void()> openmp;         // with as many threads as omp_set_num_threads said
+  std::function<Judgement()> judge;     // of what the last serial and openmp runs left
+  std::function<std::uint64_t()> hash;  // of what the last openmp run left, in an order that does not depend on the run
   Work work;
 };
 
 struct Kernel {
-  std::string name;                           // its path below serial/
-  std::string form;                           // which of its openmp forms
-  bool order_dependent;                       // whether rounding depends on which thread came first; else hashes must agree
-  std::vector<std::string> scenes;            // for `make verify`, and what FULL=1 adds
+  std::string name;                 // its path below serial/
+  std::string form;                 // which of its openmp forms
+  bool order_dependent;             // whether rounding depends on which thread came first; else hashes must agree
+  std::vector<std::string> scenes;  // for `make verify`, and what FULL=1 adds
   std::vector<std::string> more_scenes;
   std::vector<std::string> bench_scenes;
   std::function<Case(const std::string& scene_path)> make;

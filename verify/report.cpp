@@ -9,9 +9,9 @@
 #include <fstream>
 #include <thread>
 
+#include "commit.h"  // made by the Makefile: what the program was built from
 #include "common/atomic_file.h"
 #include "common/simd.h"
-#include "commit.h"  // made by the Makefile: what the program was built from
 
 namespace lockstep::verify {
 namespace {
@@ -32,23 +32,19 @@ std::string environment(const char* name) {
 
 nlohmann::ordered_json machine() {
   return {
-      {"cpu", cpu_name()},
-      {"cores", std::thread::hardware_concurrency()},
-      {"isa", isa_name},
-      {"lanes", lanes},
+    {"cpu", cpu_name()}, {"cores", std::thread::hardware_concurrency()}, {"isa", isa_name}, {"lanes", lanes},
 #if defined(__clang__)
-      {"compiler", "clang++ " __clang_version__},
+        {"compiler", "clang++ " __clang_version__},
 #else
-      {"compiler", "g++ " __VERSION__},
+        {"compiler", "g++ " __VERSION__},
 #endif
-      {"flags", LOCKSTEP_FLAGS},
-      {"commit", LOCKSTEP_COMMIT},
-      {"omp",
-       {{"version", _OPENMP},
-        {"max_threads", omp_get_max_threads()},
-        {"OMP_WAIT_POLICY", environment("OMP_WAIT_POLICY")},
-        {"OMP_PROC_BIND", environment("OMP_PROC_BIND")},
-        {"OMP_SCHEDULE", environment("OMP_SCHEDULE")}}},
+        {"flags", LOCKSTEP_FLAGS}, {"commit", LOCKSTEP_COMMIT},
+        {"omp",
+         {{"version", _OPENMP},
+          {"max_threads", omp_get_max_threads()},
+          {"OMP_WAIT_POLICY", environment("OMP_WAIT_POLICY")},
+          {"OMP_PROC_BIND", environment("OMP_PROC_BIND")},
+          {"OMP_SCHEDULE", environment("OMP_SCHEDULE")}}},
   };
 }
 

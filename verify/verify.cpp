@@ -54,9 +54,18 @@ int verify(const Options& options) {
                   scene.c_str(), threads, lanes, name_of(judgement.verdict), judgement.error, judgement.bound, serial_ms, openmp_ms,
                   judgement.passed ? "" : "FAILED ", judgement.worst_at.c_str());
       std::fflush(stdout);
-      rows.push_back({{"kernel", kernel.name}, {"form", kernel.form}, {"scene", scene}, {"threads", threads}, {"lanes", lanes},
-                      {"verdict", name_of(judgement.verdict)}, {"error", judgement.error}, {"bound", judgement.bound},
-                      {"worst_at", judgement.worst_at}, {"serial_ms", serial_ms}, {"openmp_ms", openmp_ms}, {"passed", judgement.passed},
+      rows.push_back({{"kernel", kernel.name},
+                      {"form", kernel.form},
+                      {"scene", scene},
+                      {"threads", threads},
+                      {"lanes", lanes},
+                      {"verdict", name_of(judgement.verdict)},
+                      {"error", judgement.error},
+                      {"bound", judgement.bound},
+                      {"worst_at", judgement.worst_at},
+                      {"serial_ms", serial_ms},
+                      {"openmp_ms", openmp_ms},
+                      {"passed", judgement.passed},
                       {"hash", kernel.order_dependent ? "" : std::to_string(hash)}});
     }
   }

@@ -34,8 +34,13 @@ Grid<To> convert(const Grid<From>& g) {
 template <class To, class From>
 Fluid<To> convert(const Fluid<From>& f) {
   const Grid<To> grid = convert<To>(f.grid);
-  return {convert<To>(f.model), grid,  convert<To>(f.particles), convert<To>(f.sorted), make_neighbours(grid, f.particles.count),
-          convert<To>(f.density), convert<To>(f.acceleration)};
+  return {convert<To>(f.model),
+          grid,
+          convert<To>(f.particles),
+          convert<To>(f.sorted),
+          make_neighbours(grid, f.particles.count),
+          convert<To>(f.density),
+          convert<To>(f.acceleration)};
 }
 
 }  // namespace lockstep::fluid

@@ -19,8 +19,8 @@
 namespace lockstep::fluid {
 
 template <class Real>
-using Densities = void(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
-                       Neighbours<Real>& neighbours, std::span<Real> density);
+using Densities = void(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>& neighbours,
+                       std::span<Real> density);
 
 namespace serial {
 Densities<float> densities_symmetric, densities_owner_gather;

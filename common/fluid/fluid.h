@@ -16,16 +16,22 @@ struct Fluid {
   Model<Real> model;
   Grid<Real> grid;
   Particles<Real> particles;
-  Particles<Real> sorted;  // where rebuild_grid writes; then the two are swapped
+  Particles<Real> sorted;       // where rebuild_grid writes; then the two are swapped
   Neighbours<Real> neighbours;  // of the forms that keep lists
-  Array<Real> density;     // kg/m^3, of each particle
-  Vectors<Real> acceleration;  // m/s^2, of each particle
+  Array<Real> density;          // kg/m^3, of each particle
+  Vectors<Real> acceleration;   // m/s^2, of each particle
 };
 
 // A simulation at its first instant. Takes the particles, whose ids must be 0 .. count - 1 in some order.
 template <class Real>
 Fluid<Real> make_fluid(const Model<Real>& model, Particles<Real> particles) {
-  Fluid<Real> fluid{.model = model, .grid = make_grid(model), .particles = std::move(particles), .sorted = {}, .neighbours = {}, .density = {}, .acceleration = {}};
+  Fluid<Real> fluid{.model = model,
+                    .grid = make_grid(model),
+                    .particles = std::move(particles),
+                    .sorted = {},
+                    .neighbours = {},
+                    .density = {},
+                    .acceleration = {}};
   const int n = fluid.particles.count;
   fluid.sorted.resize(n);
   fluid.neighbours = make_neighbours(fluid.grid, n);

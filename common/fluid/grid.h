@@ -12,7 +12,7 @@ namespace lockstep::fluid {
 // One axis of the domain, cut into cells.
 template <class Real>
 struct Axis {
-  Real min, max;         // m, where the walls stand
+  Real min, max;  // m, where the walls stand
   int cells;
   Real cells_per_metre;  // 1/m
 };

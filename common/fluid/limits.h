@@ -25,8 +25,8 @@ double simulation_bytes(double particles, double cells) {
   constexpr double particle = sizeof(std::int32_t) + 9 * sizeof(Real);    // id, position, two velocities
   constexpr double neighbours = sizeof(std::int32_t) + 8 * sizeof(Real);  // without the lists (require_lists_fit, neighbours.h)
   constexpr double per_particle = 2 * particle + (1 + 3) * sizeof(Real) + neighbours;  // particles and sorted, density, acceleration
-  constexpr double per_cell = 2 * sizeof(std::int32_t);                   // cell_begin, and rebuild_grid's copy of it
-  constexpr double padding = 32;                                          // padded() adds no more
+  constexpr double per_cell = 2 * sizeof(std::int32_t);                                // cell_begin, and rebuild_grid's copy of it
+  constexpr double padding = 32;                                                       // padded() adds no more
   return per_particle * (particles + padding) + per_cell * (cells + 1);
 }
 

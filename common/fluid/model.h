@@ -12,22 +12,22 @@ namespace lockstep::fluid {
 // SI units. Read-only while a simulation runs.
 template <class Real>
 struct Model {
-  Real particles_per_metre;     // at rest, along an axis; the one parameter that sets the resolution
-  Real smoothing_length;        // h, m: particles farther apart do not interact
-  Real smoothing_length_2;      // h^2
-  Real twice_rest_density;      // kg/m^3
-  Real density_coefficient;     // mass * 315 / (64 pi h^9), the poly6 kernel
-  Real pressure_coefficient;    // the spiky kernel's gradient with stiffness and mass
-  Real viscosity_coefficient;   // the viscosity kernel's Laplacian with viscosity and mass
-  Real min_distance_2;          // m^2: keeps the direction between two coincident particles finite
-  Real time_step;               // s
-  Vector3<Real> gravity;        // m/s^2
+  Real particles_per_metre;              // at rest, along an axis; the one parameter that sets the resolution
+  Real smoothing_length;                 // h, m: particles farther apart do not interact
+  Real smoothing_length_2;               // h^2
+  Real twice_rest_density;               // kg/m^3
+  Real density_coefficient;              // mass * 315 / (64 pi h^9), the poly6 kernel
+  Real pressure_coefficient;             // the spiky kernel's gradient with stiffness and mass
+  Real viscosity_coefficient;            // the viscosity kernel's Laplacian with viscosity and mass
+  Real min_distance_2;                   // m^2: keeps the direction between two coincident particles finite
+  Real time_step;                        // s
+  Vector3<Real> gravity;                 // m/s^2
   Vector3<Real> domain_min, domain_max;  // m
-  bool walls;                   // whether the domain's six faces hold the fluid in
-  Real wall_reach;              // m: a wall pushes particles that come nearer than this
-  Real wall_min_depth;          // m: ... by more than this
-  Real wall_stiffness;          // 1/s^2
-  Real wall_damping;            // 1/s
+  bool walls;                            // whether the domain's six faces hold the fluid in
+  Real wall_reach;                       // m: a wall pushes particles that come nearer than this
+  Real wall_min_depth;                   // m: ... by more than this
+  Real wall_stiffness;                   // 1/s^2
+  Real wall_damping;                     // 1/s
 };
 
 // The model at a resolution of `particles_per_metre` > 0, in the standard domain, with gravity and walls.

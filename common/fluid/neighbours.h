@@ -13,8 +13,8 @@
 namespace lockstep::fluid {
 
 // A list of neighbours for every particle, itself not among them. Lists are kept a row of cells at a time, so that threads
-// may fill rows side by side: those of the row's first particle come first, and end[i] is where particle i's end. Behind the row's last list stand at least
-// sixteen more indices of any particles, for lanes that read beyond it. Owned.
+// may fill rows side by side: those of the row's first particle come first, and end[i] is where particle i's end. Behind the row's last
+// list stand at least sixteen more indices of any particles, for lanes that read beyond it. Owned.
 template <class Real>
 struct Neighbours {
   std::vector<Array<std::int32_t>> row;  // [row of cells z * grid.y.cells + y]: indices of particles, as they stand in the arrays

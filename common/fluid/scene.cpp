@@ -200,9 +200,8 @@ Scene load_toml(const std::string& name, const std::string& path) {
   check_keys(scene, {"kind", "particles_per_metre", "block"}, {"frames", "walls", "gravity", "seed", "holds"});
   if (scene.get("kind")->value_exact<std::string>() != "fluid") refuse_value(*scene.get("kind"), "kind", "\"fluid\"");
 
-  const double particles_per_metre = *number(scene, "particles_per_metre", "a number from 1e-6 to 1e6", [](double x) {
-    return x >= min_particles_per_metre && x <= max_particles_per_metre;
-  });
+  const double particles_per_metre = *number(scene, "particles_per_metre", "a number from 1e-6 to 1e6",
+                                             [](double x) { return x >= min_particles_per_metre && x <= max_particles_per_metre; });
   Model<double> model = make_model(particles_per_metre);
   require_size(model, 0, position(scene.get("particles_per_metre")->source()));
   model.gravity = vector(scene, "gravity", "m/s^2").value_or(model.gravity);

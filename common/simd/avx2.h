@@ -11,21 +11,21 @@ namespace lockstep {
 inline constexpr const char* isa_name = "avx2";
 
 struct floatv {
-    __m256 lo, hi;
-    floatv() = default;
-    LOCKSTEP_INLINE floatv(__m256 lo, __m256 hi) : lo(lo), hi(hi) {}
-    LOCKSTEP_INLINE floatv(float x) : lo(_mm256_set1_ps(x)), hi(lo) {}
+  __m256 lo, hi;
+  floatv() = default;
+  LOCKSTEP_INLINE floatv(__m256 lo, __m256 hi) : lo(lo), hi(hi) {}
+  LOCKSTEP_INLINE floatv(float x) : lo(_mm256_set1_ps(x)), hi(lo) {}
 };
 
 struct intv {
-    __m256i lo, hi;
-    intv() = default;
-    LOCKSTEP_INLINE intv(__m256i lo, __m256i hi) : lo(lo), hi(hi) {}
-    LOCKSTEP_INLINE intv(std::int32_t x) : lo(_mm256_set1_epi32(x)), hi(lo) {}
+  __m256i lo, hi;
+  intv() = default;
+  LOCKSTEP_INLINE intv(__m256i lo, __m256i hi) : lo(lo), hi(hi) {}
+  LOCKSTEP_INLINE intv(std::int32_t x) : lo(_mm256_set1_epi32(x)), hi(lo) {}
 };
 
 struct maskv {
-    __m256i lo, hi;
+  __m256i lo, hi;
 };
 
 // One register's type seen as another's.
@@ -35,83 +35,78 @@ LOCKSTEP_INLINE __m256i* as_int(std::int32_t* p) { return reinterpret_cast<__m25
 LOCKSTEP_INLINE const __m256i* as_int(const std::int32_t* p) { return reinterpret_cast<const __m256i*>(p); }
 
 LOCKSTEP_INLINE floatv load(const float* p) { return {_mm256_loadu_ps(p), _mm256_loadu_ps(p + 8)}; }
-LOCKSTEP_INLINE intv load(const std::int32_t* p) {
-    return {_mm256_loadu_si256(as_int(p)), _mm256_loadu_si256(as_int(p + 8))};
-}
-LOCKSTEP_INLINE floatv load(const float* p, maskv mask) {
-    return {_mm256_maskload_ps(p, mask.lo), _mm256_maskload_ps(p + 8, mask.hi)};
-}
+LOCKSTEP_INLINE intv load(const std::int32_t* p) { return {_mm256_loadu_si256(as_int(p)), _mm256_loadu_si256(as_int(p + 8))}; }
+LOCKSTEP_INLINE floatv load(const float* p, maskv mask) { return {_mm256_maskload_ps(p, mask.lo), _mm256_maskload_ps(p + 8, mask.hi)}; }
 LOCKSTEP_INLINE intv load(const std::int32_t* p, maskv mask) {
-    return {_mm256_maskload_epi32(p, mask.lo), _mm256_maskload_epi32(p + 8, mask.hi)};
+  return {_mm256_maskload_epi32(p, mask.lo), _mm256_maskload_epi32(p + 8, mask.hi)};
 }
 LOCKSTEP_INLINE void store(float* p, floatv v) {
-    _mm256_storeu_ps(p, v.lo);
-    _mm256_storeu_ps(p + 8, v.hi);
+  _mm256_storeu_ps(p, v.lo);
+  _mm256_storeu_ps(p + 8, v.hi);
 }
 LOCKSTEP_INLINE void store(std::int32_t* p, intv v) {
-    _mm256_storeu_si256(as_int(p), v.lo);
-    _mm256_storeu_si256(as_int(p + 8), v.hi);
+  _mm256_storeu_si256(as_int(p), v.lo);
+  _mm256_storeu_si256(as_int(p + 8), v.hi);
 }
 LOCKSTEP_INLINE void store(float* p, floatv v, maskv mask) {
-    _mm256_maskstore_ps(p, mask.lo, v.lo);
-    _mm256_maskstore_ps(p + 8, mask.hi, v.hi);
+  _mm256_maskstore_ps(p, mask.lo, v.lo);
+  _mm256_maskstore_ps(p + 8, mask.hi, v.hi);
 }
 LOCKSTEP_INLINE void store(std::int32_t* p, intv v, maskv mask) {
-    _mm256_maskstore_epi32(p, mask.lo, v.lo);
-    _mm256_maskstore_epi32(p + 8, mask.hi, v.hi);
+  _mm256_maskstore_epi32(p, mask.lo, v.lo);
+  _mm256_maskstore_epi32(p + 8, mask.hi, v.hi);
 }
 
 struct Records {
-    floatv field[8];
+  floatv field[8];
 };
 
 // Eight rows of eight floats become eight columns.
 LOCKSTEP_INLINE void transpose(__m256 (&row)[8]) {
-    __m256 pair[8], quad[8];
-    for (int l = 0; l < 8; l += 2) {
-        pair[l] = _mm256_unpacklo_ps(row[l], row[l + 1]);
-        pair[l + 1] = _mm256_unpackhi_ps(row[l], row[l + 1]);
+  __m256 pair[8], quad[8];
+  for (int l = 0; l < 8; l += 2) {
+    pair[l] = _mm256_unpacklo_ps(row[l], row[l + 1]);
+    pair[l + 1] = _mm256_unpackhi_ps(row[l], row[l + 1]);
+  }
+  for (int l = 0; l < 8; l += 4)
+    for (int k = 0; k < 2; ++k) {
+      quad[l + 2 * k] = _mm256_shuffle_ps(pair[l + k], pair[l + k + 2], 0x44);
+      quad[l + 2 * k + 1] = _mm256_shuffle_ps(pair[l + k], pair[l + k + 2], 0xee);
     }
-    for (int l = 0; l < 8; l += 4)
-        for (int k = 0; k < 2; ++k) {
-            quad[l + 2 * k] = _mm256_shuffle_ps(pair[l + k], pair[l + k + 2], 0x44);
-            quad[l + 2 * k + 1] = _mm256_shuffle_ps(pair[l + k], pair[l + k + 2], 0xee);
-        }
-    for (int f = 0; f < 4; ++f) {
-        row[f] = _mm256_permute2f128_ps(quad[f], quad[f + 4], 0x20);
-        row[f + 4] = _mm256_permute2f128_ps(quad[f], quad[f + 4], 0x31);
-    }
+  for (int f = 0; f < 4; ++f) {
+    row[f] = _mm256_permute2f128_ps(quad[f], quad[f + 4], 0x20);
+    row[f + 4] = _mm256_permute2f128_ps(quad[f], quad[f + 4], 0x31);
+  }
 }
 
 LOCKSTEP_INLINE Records load_records(const float* records, const std::int32_t* index) {
-    __m256 low[8], high[8];
-    for (int l = 0; l < 8; ++l) {
-        low[l] = _mm256_load_ps(records + 8 * index[l]);
-        high[l] = _mm256_load_ps(records + 8 * index[l + 8]);
-    }
-    transpose(low);
-    transpose(high);
-    Records r;
-    for (int f = 0; f < 8; ++f) r.field[f] = {low[f], high[f]};
-    return r;
+  __m256 low[8], high[8];
+  for (int l = 0; l < 8; ++l) {
+    low[l] = _mm256_load_ps(records + 8 * index[l]);
+    high[l] = _mm256_load_ps(records + 8 * index[l + 8]);
+  }
+  transpose(low);
+  transpose(high);
+  Records r;
+  for (int f = 0; f < 8; ++f) r.field[f] = {low[f], high[f]};
+  return r;
 }
 
 LOCKSTEP_INLINE floatv gather(const float* base, intv index, maskv mask) {
-    const __m256 zero = _mm256_setzero_ps();
-    return {_mm256_mask_i32gather_ps(zero, base, index.lo, as_float(mask.lo), sizeof(float)),
-            _mm256_mask_i32gather_ps(zero, base, index.hi, as_float(mask.hi), sizeof(float))};
+  const __m256 zero = _mm256_setzero_ps();
+  return {_mm256_mask_i32gather_ps(zero, base, index.lo, as_float(mask.lo), sizeof(float)),
+          _mm256_mask_i32gather_ps(zero, base, index.hi, as_float(mask.hi), sizeof(float))};
 }
 LOCKSTEP_INLINE intv gather(const std::int32_t* base, intv index, maskv mask) {
-    const __m256i zero = _mm256_setzero_si256();
-    return {_mm256_mask_i32gather_epi32(zero, base, index.lo, mask.lo, sizeof(std::int32_t)),
-            _mm256_mask_i32gather_epi32(zero, base, index.hi, mask.hi, sizeof(std::int32_t))};
+  const __m256i zero = _mm256_setzero_si256();
+  return {_mm256_mask_i32gather_epi32(zero, base, index.lo, mask.lo, sizeof(std::int32_t)),
+          _mm256_mask_i32gather_epi32(zero, base, index.hi, mask.hi, sizeof(std::int32_t))};
 }
 LOCKSTEP_INLINE floatv gather(const float* base, intv index) {
-    return {_mm256_i32gather_ps(base, index.lo, sizeof(float)), _mm256_i32gather_ps(base, index.hi, sizeof(float))};
+  return {_mm256_i32gather_ps(base, index.lo, sizeof(float)), _mm256_i32gather_ps(base, index.hi, sizeof(float))};
 }
 LOCKSTEP_INLINE intv gather(const std::int32_t* base, intv index) {
-    return {_mm256_i32gather_epi32(base, index.lo, sizeof(std::int32_t)),
-            _mm256_i32gather_epi32(base, index.hi, sizeof(std::int32_t))};
+  return {_mm256_i32gather_epi32(base, index.lo, sizeof(std::int32_t)), _mm256_i32gather_epi32(base, index.hi, sizeof(std::int32_t))};
 }
 
 LOCKSTEP_INLINE floatv operator+(floatv a, floatv b) { return {a.lo + b.lo, a.hi + b.hi}; }
@@ -122,142 +117,111 @@ LOCKSTEP_INLINE floatv operator-(floatv a) { return {-a.lo, -a.hi}; }
 LOCKSTEP_INLINE floatv min(floatv a, floatv b) { return {_mm256_min_ps(a.lo, b.lo), _mm256_min_ps(a.hi, b.hi)}; }
 LOCKSTEP_INLINE floatv max(floatv a, floatv b) { return {_mm256_max_ps(a.lo, b.lo), _mm256_max_ps(a.hi, b.hi)}; }
 LOCKSTEP_INLINE floatv abs(floatv a) {
-    const __m256 sign = _mm256_set1_ps(-0.0f);
-    return {_mm256_andnot_ps(sign, a.lo), _mm256_andnot_ps(sign, a.hi)};
+  const __m256 sign = _mm256_set1_ps(-0.0f);
+  return {_mm256_andnot_ps(sign, a.lo), _mm256_andnot_ps(sign, a.hi)};
 }
 LOCKSTEP_INLINE floatv sqrt(floatv a) { return {_mm256_sqrt_ps(a.lo), _mm256_sqrt_ps(a.hi)}; }
-LOCKSTEP_INLINE floatv fma(floatv a, floatv b, floatv c) {
-    return {_mm256_fmadd_ps(a.lo, b.lo, c.lo), _mm256_fmadd_ps(a.hi, b.hi, c.hi)};
-}
+LOCKSTEP_INLINE floatv fma(floatv a, floatv b, floatv c) { return {_mm256_fmadd_ps(a.lo, b.lo, c.lo), _mm256_fmadd_ps(a.hi, b.hi, c.hi)}; }
 
-LOCKSTEP_INLINE intv operator+(intv a, intv b) {
-    return {_mm256_add_epi32(a.lo, b.lo), _mm256_add_epi32(a.hi, b.hi)};
-}
-LOCKSTEP_INLINE intv operator-(intv a, intv b) {
-    return {_mm256_sub_epi32(a.lo, b.lo), _mm256_sub_epi32(a.hi, b.hi)};
-}
-LOCKSTEP_INLINE intv operator*(intv a, intv b) {
-    return {_mm256_mullo_epi32(a.lo, b.lo), _mm256_mullo_epi32(a.hi, b.hi)};
-}
-LOCKSTEP_INLINE intv operator&(intv a, intv b) {
-    return {_mm256_and_si256(a.lo, b.lo), _mm256_and_si256(a.hi, b.hi)};
-}
+LOCKSTEP_INLINE intv operator+(intv a, intv b) { return {_mm256_add_epi32(a.lo, b.lo), _mm256_add_epi32(a.hi, b.hi)}; }
+LOCKSTEP_INLINE intv operator-(intv a, intv b) { return {_mm256_sub_epi32(a.lo, b.lo), _mm256_sub_epi32(a.hi, b.hi)}; }
+LOCKSTEP_INLINE intv operator*(intv a, intv b) { return {_mm256_mullo_epi32(a.lo, b.lo), _mm256_mullo_epi32(a.hi, b.hi)}; }
+LOCKSTEP_INLINE intv operator&(intv a, intv b) { return {_mm256_and_si256(a.lo, b.lo), _mm256_and_si256(a.hi, b.hi)}; }
 LOCKSTEP_INLINE intv operator|(intv a, intv b) { return {_mm256_or_si256(a.lo, b.lo), _mm256_or_si256(a.hi, b.hi)}; }
-LOCKSTEP_INLINE intv operator^(intv a, intv b) {
-    return {_mm256_xor_si256(a.lo, b.lo), _mm256_xor_si256(a.hi, b.hi)};
-}
-LOCKSTEP_INLINE intv operator<<(intv a, intv n) {
-    return {_mm256_sllv_epi32(a.lo, n.lo), _mm256_sllv_epi32(a.hi, n.hi)};
-}
-LOCKSTEP_INLINE intv operator>>(intv a, intv n) {
-    return {_mm256_srav_epi32(a.lo, n.lo), _mm256_srav_epi32(a.hi, n.hi)};
-}
+LOCKSTEP_INLINE intv operator^(intv a, intv b) { return {_mm256_xor_si256(a.lo, b.lo), _mm256_xor_si256(a.hi, b.hi)}; }
+LOCKSTEP_INLINE intv operator<<(intv a, intv n) { return {_mm256_sllv_epi32(a.lo, n.lo), _mm256_sllv_epi32(a.hi, n.hi)}; }
+LOCKSTEP_INLINE intv operator>>(intv a, intv n) { return {_mm256_srav_epi32(a.lo, n.lo), _mm256_srav_epi32(a.hi, n.hi)}; }
 LOCKSTEP_INLINE intv min(intv a, intv b) { return {_mm256_min_epi32(a.lo, b.lo), _mm256_min_epi32(a.hi, b.hi)}; }
 LOCKSTEP_INLINE intv max(intv a, intv b) { return {_mm256_max_epi32(a.lo, b.lo), _mm256_max_epi32(a.hi, b.hi)}; }
 LOCKSTEP_INLINE intv to_int(floatv a) { return {_mm256_cvttps_epi32(a.lo), _mm256_cvttps_epi32(a.hi)}; }
 LOCKSTEP_INLINE floatv to_float(intv a) { return {_mm256_cvtepi32_ps(a.lo), _mm256_cvtepi32_ps(a.hi)}; }
 
-template <int predicate> LOCKSTEP_INLINE maskv compare_lanes(floatv a, floatv b) {
-    return {as_int(_mm256_cmp_ps(a.lo, b.lo, predicate)), as_int(_mm256_cmp_ps(a.hi, b.hi, predicate))};
+template <int predicate>
+LOCKSTEP_INLINE maskv compare_lanes(floatv a, floatv b) {
+  return {as_int(_mm256_cmp_ps(a.lo, b.lo, predicate)), as_int(_mm256_cmp_ps(a.hi, b.hi, predicate))};
 }
-LOCKSTEP_INLINE maskv operator&(maskv a, maskv b) {
-    return {_mm256_and_si256(a.lo, b.lo), _mm256_and_si256(a.hi, b.hi)};
-}
-LOCKSTEP_INLINE maskv operator|(maskv a, maskv b) {
-    return {_mm256_or_si256(a.lo, b.lo), _mm256_or_si256(a.hi, b.hi)};
-}
-LOCKSTEP_INLINE maskv operator^(maskv a, maskv b) {
-    return {_mm256_xor_si256(a.lo, b.lo), _mm256_xor_si256(a.hi, b.hi)};
-}
+LOCKSTEP_INLINE maskv operator&(maskv a, maskv b) { return {_mm256_and_si256(a.lo, b.lo), _mm256_and_si256(a.hi, b.hi)}; }
+LOCKSTEP_INLINE maskv operator|(maskv a, maskv b) { return {_mm256_or_si256(a.lo, b.lo), _mm256_or_si256(a.hi, b.hi)}; }
+LOCKSTEP_INLINE maskv operator^(maskv a, maskv b) { return {_mm256_xor_si256(a.lo, b.lo), _mm256_xor_si256(a.hi, b.hi)}; }
 LOCKSTEP_INLINE maskv operator~(maskv a) {
-    const __m256i ones = _mm256_set1_epi32(-1);
-    return a ^ maskv{ones, ones};
+  const __m256i ones = _mm256_set1_epi32(-1);
+  return a ^ maskv { ones, ones };
 }
 LOCKSTEP_INLINE maskv operator<(floatv a, floatv b) { return compare_lanes<_CMP_LT_OQ>(a, b); }
 LOCKSTEP_INLINE maskv operator<=(floatv a, floatv b) { return compare_lanes<_CMP_LE_OQ>(a, b); }
 LOCKSTEP_INLINE maskv operator==(floatv a, floatv b) { return compare_lanes<_CMP_EQ_OQ>(a, b); }
 LOCKSTEP_INLINE maskv operator!=(floatv a, floatv b) { return compare_lanes<_CMP_NEQ_UQ>(a, b); }
-LOCKSTEP_INLINE maskv operator<(intv a, intv b) {
-    return {_mm256_cmpgt_epi32(b.lo, a.lo), _mm256_cmpgt_epi32(b.hi, a.hi)};
-}
-LOCKSTEP_INLINE maskv operator==(intv a, intv b) {
-    return {_mm256_cmpeq_epi32(a.lo, b.lo), _mm256_cmpeq_epi32(a.hi, b.hi)};
-}
+LOCKSTEP_INLINE maskv operator<(intv a, intv b) { return {_mm256_cmpgt_epi32(b.lo, a.lo), _mm256_cmpgt_epi32(b.hi, a.hi)}; }
+LOCKSTEP_INLINE maskv operator==(intv a, intv b) { return {_mm256_cmpeq_epi32(a.lo, b.lo), _mm256_cmpeq_epi32(a.hi, b.hi)}; }
 LOCKSTEP_INLINE maskv operator<=(intv a, intv b) { return ~(b < a); }
 LOCKSTEP_INLINE maskv operator!=(intv a, intv b) { return ~(a == b); }
 
-LOCKSTEP_INLINE std::uint32_t bits(__m256i half) {
-    return static_cast<std::uint32_t>(_mm256_movemask_ps(as_float(half)));
-}
+LOCKSTEP_INLINE std::uint32_t bits(__m256i half) { return static_cast<std::uint32_t>(_mm256_movemask_ps(as_float(half))); }
 LOCKSTEP_INLINE std::uint32_t bits(maskv mask) { return bits(mask.lo) | bits(mask.hi) << 8; }
-LOCKSTEP_INLINE intv lane_index() {
-    return {_mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), _mm256_setr_epi32(8, 9, 10, 11, 12, 13, 14, 15)};
-}
+LOCKSTEP_INLINE intv lane_index() { return {_mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), _mm256_setr_epi32(8, 9, 10, 11, 12, 13, 14, 15)}; }
 LOCKSTEP_INLINE floatv select(maskv mask, floatv a, floatv b) {
-    return {_mm256_blendv_ps(b.lo, a.lo, as_float(mask.lo)), _mm256_blendv_ps(b.hi, a.hi, as_float(mask.hi))};
+  return {_mm256_blendv_ps(b.lo, a.lo, as_float(mask.lo)), _mm256_blendv_ps(b.hi, a.hi, as_float(mask.hi))};
 }
 LOCKSTEP_INLINE intv select(maskv mask, intv a, intv b) {
-    return {_mm256_blendv_epi8(b.lo, a.lo, mask.lo), _mm256_blendv_epi8(b.hi, a.hi, mask.hi)};
+  return {_mm256_blendv_epi8(b.lo, a.lo, mask.lo), _mm256_blendv_epi8(b.hi, a.hi, mask.hi)};
 }
 
 // AVX2 has no scatter: sixteen stores, in lane order.
-template <class T, class V> LOCKSTEP_INLINE void scatter_lanes(T* base, intv index, V v, std::uint32_t active) {
-    std::int32_t at[lanes];
-    T value[lanes];
-    store(at, index);
-    store(value, v);
-    for (; active != 0; active &= active - 1) {
-        const int l = std::countr_zero(active);
-        base[at[l]] = value[l];
-    }
+template <class T, class V>
+LOCKSTEP_INLINE void scatter_lanes(T* base, intv index, V v, std::uint32_t active) {
+  std::int32_t at[lanes];
+  T value[lanes];
+  store(at, index);
+  store(value, v);
+  for (; active != 0; active &= active - 1) {
+    const int l = std::countr_zero(active);
+    base[at[l]] = value[l];
+  }
 }
 LOCKSTEP_INLINE void scatter(float* base, intv index, floatv v) { scatter_lanes(base, index, v, 0xffff); }
 LOCKSTEP_INLINE void scatter(std::int32_t* base, intv index, intv v) { scatter_lanes(base, index, v, 0xffff); }
-LOCKSTEP_INLINE void scatter(float* base, intv index, floatv v, maskv mask) {
-    scatter_lanes(base, index, v, bits(mask));
-}
-LOCKSTEP_INLINE void scatter(std::int32_t* base, intv index, intv v, maskv mask) {
-    scatter_lanes(base, index, v, bits(mask));
-}
+LOCKSTEP_INLINE void scatter(float* base, intv index, floatv v, maskv mask) { scatter_lanes(base, index, v, bits(mask)); }
+LOCKSTEP_INLINE void scatter(std::int32_t* base, intv index, intv v, maskv mask) { scatter_lanes(base, index, v, bits(mask)); }
 
 // AVX2 has no compress, but it permutes eight lanes by a vector of indices, and BMI2 makes that vector: with a byte
 // for each lane, pext packs the numbers of the active ones. What they leave free is cleared. Joining the halves is
 // left to memory: hi goes where the active lanes of lo end.
 LOCKSTEP_INLINE __m256i compress_half(__m256i half, std::uint32_t active) {
-    const std::uint64_t bytes = _pdep_u64(active, 0x0101010101010101) * 0xff;
-    const std::uint64_t numbers = _pext_u64(0x0706050403020100, bytes);
-    const __m256i index = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(numbers)));
-    const __m256i kept = _mm256_cmpgt_epi32(_mm256_set1_epi32(std::popcount(active)), lane_index().lo);
-    return _mm256_and_si256(_mm256_permutevar8x32_epi32(half, index), kept);
+  const std::uint64_t bytes = _pdep_u64(active, 0x0101010101010101) * 0xff;
+  const std::uint64_t numbers = _pext_u64(0x0706050403020100, bytes);
+  const __m256i index = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(numbers)));
+  const __m256i kept = _mm256_cmpgt_epi32(_mm256_set1_epi32(std::popcount(active)), lane_index().lo);
+  return _mm256_and_si256(_mm256_permutevar8x32_epi32(half, index), kept);
 }
 LOCKSTEP_INLINE intv compress(maskv mask, intv v) {
-    std::int32_t front[lanes];
-    const std::uint32_t active = bits(mask.lo);
-    store(front, intv(0));
-    _mm256_storeu_si256(as_int(front), compress_half(v.lo, active));
-    _mm256_storeu_si256(as_int(front + std::popcount(active)), compress_half(v.hi, bits(mask.hi)));
-    return load(front);
+  std::int32_t front[lanes];
+  const std::uint32_t active = bits(mask.lo);
+  store(front, intv(0));
+  _mm256_storeu_si256(as_int(front), compress_half(v.lo, active));
+  _mm256_storeu_si256(as_int(front + std::popcount(active)), compress_half(v.hi, bits(mask.hi)));
+  return load(front);
 }
 LOCKSTEP_INLINE floatv compress(maskv mask, floatv v) {
-    const intv front = compress(mask, intv(as_int(v.lo), as_int(v.hi)));
-    return {as_float(front.lo), as_float(front.hi)};
+  const intv front = compress(mask, intv(as_int(v.lo), as_int(v.hi)));
+  return {as_float(front.lo), as_float(front.hi)};
 }
 
 LOCKSTEP_INLINE __m256 min(__m256 a, __m256 b) { return _mm256_min_ps(a, b); }
 LOCKSTEP_INLINE __m128 min(__m128 a, __m128 b) { return _mm_min_ps(a, b); }
 LOCKSTEP_INLINE __m256 max(__m256 a, __m256 b) { return _mm256_max_ps(a, b); }
 LOCKSTEP_INLINE __m128 max(__m128 a, __m128 b) { return _mm_max_ps(a, b); }
-template <class Combine> LOCKSTEP_INLINE float reduce_lanes(floatv v, Combine combine) {
-    const __m256 eight = combine(v.lo, v.hi);
-    const __m128 four = combine(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));
-    const __m128 two = combine(four, _mm_movehl_ps(four, four));
-    return _mm_cvtss_f32(combine(two, _mm_movehdup_ps(two)));
+template <class Combine>
+LOCKSTEP_INLINE float reduce_lanes(floatv v, Combine combine) {
+  const __m256 eight = combine(v.lo, v.hi);
+  const __m128 four = combine(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));
+  const __m128 two = combine(four, _mm_movehl_ps(four, four));
+  return _mm_cvtss_f32(combine(two, _mm_movehdup_ps(two)));
 }
 LOCKSTEP_INLINE std::int32_t reduce_add(intv v) {
-    const __m256i eight = _mm256_add_epi32(v.lo, v.hi);
-    const __m128i four = _mm_add_epi32(_mm256_castsi256_si128(eight), _mm256_extracti128_si256(eight, 1));
-    const __m128i two = _mm_hadd_epi32(four, four);
-    return _mm_cvtsi128_si32(_mm_hadd_epi32(two, two));
+  const __m256i eight = _mm256_add_epi32(v.lo, v.hi);
+  const __m128i four = _mm_add_epi32(_mm256_castsi256_si128(eight), _mm256_extracti128_si256(eight, 1));
+  const __m128i two = _mm_hadd_epi32(four, four);
+  return _mm_cvtsi128_si32(_mm_hadd_epi32(two, two));
 }
 
 }  // namespace lockstep

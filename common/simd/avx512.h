@@ -17,21 +17,21 @@ namespace lockstep {
 inline constexpr const char* isa_name = "avx512";
 
 struct floatv {
-    __m512 v;
-    floatv() = default;
-    LOCKSTEP_INLINE floatv(__m512 v) : v(v) {}
-    LOCKSTEP_INLINE floatv(float x) : v(_mm512_set1_ps(x)) {}
+  __m512 v;
+  floatv() = default;
+  LOCKSTEP_INLINE floatv(__m512 v) : v(v) {}
+  LOCKSTEP_INLINE floatv(float x) : v(_mm512_set1_ps(x)) {}
 };
 
 struct intv {
-    __m512i v;
-    intv() = default;
-    LOCKSTEP_INLINE intv(__m512i v) : v(v) {}
-    LOCKSTEP_INLINE intv(std::int32_t x) : v(_mm512_set1_epi32(x)) {}
+  __m512i v;
+  intv() = default;
+  LOCKSTEP_INLINE intv(__m512i v) : v(v) {}
+  LOCKSTEP_INLINE intv(std::int32_t x) : v(_mm512_set1_epi32(x)) {}
 };
 
 struct maskv {
-    __mmask16 m;
+  __mmask16 m;
 };
 
 LOCKSTEP_INLINE floatv load(const float* p) { return _mm512_loadu_ps(p); }
@@ -44,51 +44,51 @@ LOCKSTEP_INLINE void store(float* p, floatv v, maskv mask) { _mm512_mask_storeu_
 LOCKSTEP_INLINE void store(std::int32_t* p, intv v, maskv mask) { _mm512_mask_storeu_epi32(p, mask.m, v.v); }
 
 struct Records {
-    floatv field[8];
+  floatv field[8];
 };
 
 // Record l and record l + 8 share a register; three rounds of shuffles turn eight such rows into eight fields.
 LOCKSTEP_INLINE Records load_records(const float* records, const std::int32_t* index) {
-    __m512 row[8], pair[8], quad[8];
-    for (int l = 0; l < 8; ++l) {
-        const __m512d low = _mm512_castpd256_pd512(_mm256_load_pd(reinterpret_cast<const double*>(records + 8 * index[l])));
-        const __m256d high = _mm256_load_pd(reinterpret_cast<const double*>(records + 8 * index[l + 8]));
-        row[l] = _mm512_castpd_ps(_mm512_insertf64x4(low, high, 1));
+  __m512 row[8], pair[8], quad[8];
+  for (int l = 0; l < 8; ++l) {
+    const __m512d low = _mm512_castpd256_pd512(_mm256_load_pd(reinterpret_cast<const double*>(records + 8 * index[l])));
+    const __m256d high = _mm256_load_pd(reinterpret_cast<const double*>(records + 8 * index[l + 8]));
+    row[l] = _mm512_castpd_ps(_mm512_insertf64x4(low, high, 1));
+  }
+  for (int l = 0; l < 8; l += 2) {
+    pair[l] = _mm512_unpacklo_ps(row[l], row[l + 1]);
+    pair[l + 1] = _mm512_unpackhi_ps(row[l], row[l + 1]);
+  }
+  for (int l = 0; l < 8; l += 4)
+    for (int k = 0; k < 2; ++k) {
+      const __m512d a = _mm512_castps_pd(pair[l + k]), b = _mm512_castps_pd(pair[l + k + 2]);
+      quad[l + 2 * k] = _mm512_castpd_ps(_mm512_unpacklo_pd(a, b));
+      quad[l + 2 * k + 1] = _mm512_castpd_ps(_mm512_unpackhi_pd(a, b));
     }
-    for (int l = 0; l < 8; l += 2) {
-        pair[l] = _mm512_unpacklo_ps(row[l], row[l + 1]);
-        pair[l + 1] = _mm512_unpackhi_ps(row[l], row[l + 1]);
-    }
-    for (int l = 0; l < 8; l += 4)
-        for (int k = 0; k < 2; ++k) {
-            const __m512d a = _mm512_castps_pd(pair[l + k]), b = _mm512_castps_pd(pair[l + k + 2]);
-            quad[l + 2 * k] = _mm512_castpd_ps(_mm512_unpacklo_pd(a, b));
-            quad[l + 2 * k + 1] = _mm512_castpd_ps(_mm512_unpackhi_pd(a, b));
-        }
-    const __m512i low = _mm512_setr_epi32(0, 1, 2, 3, 16, 17, 18, 19, 8, 9, 10, 11, 24, 25, 26, 27);
-    const __m512i high = _mm512_setr_epi32(4, 5, 6, 7, 20, 21, 22, 23, 12, 13, 14, 15, 28, 29, 30, 31);
-    Records r;
-    for (int f = 0; f < 4; ++f) {
-        r.field[f] = _mm512_permutex2var_ps(quad[f], low, quad[f + 4]);
-        r.field[f + 4] = _mm512_permutex2var_ps(quad[f], high, quad[f + 4]);
-    }
-    return r;
+  const __m512i low = _mm512_setr_epi32(0, 1, 2, 3, 16, 17, 18, 19, 8, 9, 10, 11, 24, 25, 26, 27);
+  const __m512i high = _mm512_setr_epi32(4, 5, 6, 7, 20, 21, 22, 23, 12, 13, 14, 15, 28, 29, 30, 31);
+  Records r;
+  for (int f = 0; f < 4; ++f) {
+    r.field[f] = _mm512_permutex2var_ps(quad[f], low, quad[f + 4]);
+    r.field[f + 4] = _mm512_permutex2var_ps(quad[f], high, quad[f + 4]);
+  }
+  return r;
 }
 
 LOCKSTEP_INLINE floatv gather(const float* base, intv index, maskv mask) {
-    return _mm512_mask_i32gather_ps(_mm512_setzero_ps(), mask.m, index.v, base, sizeof(float));
+  return _mm512_mask_i32gather_ps(_mm512_setzero_ps(), mask.m, index.v, base, sizeof(float));
 }
 LOCKSTEP_INLINE intv gather(const std::int32_t* base, intv index, maskv mask) {
-    return _mm512_mask_i32gather_epi32(_mm512_setzero_si512(), mask.m, index.v, base, sizeof(std::int32_t));
+  return _mm512_mask_i32gather_epi32(_mm512_setzero_si512(), mask.m, index.v, base, sizeof(std::int32_t));
 }
 LOCKSTEP_INLINE floatv gather(const float* base, intv index) { return gather(base, index, maskv{0xffff}); }
 LOCKSTEP_INLINE intv gather(const std::int32_t* base, intv index) { return gather(base, index, maskv{0xffff}); }
 
 LOCKSTEP_INLINE void scatter(float* base, intv index, floatv v, maskv mask) {
-    _mm512_mask_i32scatter_ps(base, mask.m, index.v, v.v, sizeof(float));
+  _mm512_mask_i32scatter_ps(base, mask.m, index.v, v.v, sizeof(float));
 }
 LOCKSTEP_INLINE void scatter(std::int32_t* base, intv index, intv v, maskv mask) {
-    _mm512_mask_i32scatter_epi32(base, mask.m, index.v, v.v, sizeof(std::int32_t));
+  _mm512_mask_i32scatter_epi32(base, mask.m, index.v, v.v, sizeof(std::int32_t));
 }
 LOCKSTEP_INLINE void scatter(float* base, intv index, floatv v) { scatter(base, index, v, maskv{0xffff}); }
 LOCKSTEP_INLINE void scatter(std::int32_t* base, intv index, intv v) { scatter(base, index, v, maskv{0xffff}); }
@@ -131,9 +131,7 @@ LOCKSTEP_INLINE maskv operator|(maskv a, maskv b) { return {static_cast<__mmask1
 LOCKSTEP_INLINE maskv operator^(maskv a, maskv b) { return {static_cast<__mmask16>(a.m ^ b.m)}; }
 LOCKSTEP_INLINE maskv operator~(maskv a) { return {static_cast<__mmask16>(~a.m)}; }
 LOCKSTEP_INLINE std::uint32_t bits(maskv mask) { return mask.m; }
-LOCKSTEP_INLINE intv lane_index() {
-    return _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-}
+LOCKSTEP_INLINE intv lane_index() { return _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15); }
 LOCKSTEP_INLINE floatv select(maskv mask, floatv a, floatv b) { return _mm512_mask_blend_ps(mask.m, b.v, a.v); }
 LOCKSTEP_INLINE intv select(maskv mask, intv a, intv b) { return _mm512_mask_blend_epi32(mask.m, b.v, a.v); }
 
@@ -145,17 +143,18 @@ LOCKSTEP_INLINE __m256 min(__m256 a, __m256 b) { return _mm256_min_ps(a, b); }
 LOCKSTEP_INLINE __m128 min(__m128 a, __m128 b) { return _mm_min_ps(a, b); }
 LOCKSTEP_INLINE __m256 max(__m256 a, __m256 b) { return _mm256_max_ps(a, b); }
 LOCKSTEP_INLINE __m128 max(__m128 a, __m128 b) { return _mm_max_ps(a, b); }
-template <class Combine> LOCKSTEP_INLINE float reduce_lanes(floatv v, Combine combine) {
-    const __m256 eight = combine(_mm512_castps512_ps256(v.v), _mm512_extractf32x8_ps(v.v, 1));
-    const __m128 four = combine(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));
-    const __m128 two = combine(four, _mm_movehl_ps(four, four));
-    return _mm_cvtss_f32(combine(two, _mm_movehdup_ps(two)));
+template <class Combine>
+LOCKSTEP_INLINE float reduce_lanes(floatv v, Combine combine) {
+  const __m256 eight = combine(_mm512_castps512_ps256(v.v), _mm512_extractf32x8_ps(v.v, 1));
+  const __m128 four = combine(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));
+  const __m128 two = combine(four, _mm_movehl_ps(four, four));
+  return _mm_cvtss_f32(combine(two, _mm_movehdup_ps(two)));
 }
 LOCKSTEP_INLINE std::int32_t reduce_add(intv v) {
-    const __m256i eight = _mm256_add_epi32(_mm512_castsi512_si256(v.v), _mm512_extracti64x4_epi64(v.v, 1));
-    const __m128i four = _mm_add_epi32(_mm256_castsi256_si128(eight), _mm256_extracti128_si256(eight, 1));
-    const __m128i two = _mm_hadd_epi32(four, four);
-    return _mm_cvtsi128_si32(_mm_hadd_epi32(two, two));
+  const __m256i eight = _mm256_add_epi32(_mm512_castsi512_si256(v.v), _mm512_extracti64x4_epi64(v.v, 1));
+  const __m128i four = _mm_add_epi32(_mm256_castsi256_si128(eight), _mm256_extracti128_si256(eight, 1));
+  const __m128i two = _mm_hadd_epi32(four, four);
+  return _mm_cvtsi128_si32(_mm_hadd_epi32(two, two));
 }
 
 }  // namespace lockstep

@@ -11,215 +11,258 @@ namespace lockstep {
 inline constexpr const char* isa_name = "portable";
 
 struct floatv {
-    float lane[lanes];
-    floatv() = default;
-    LOCKSTEP_INLINE floatv(float x) {
-        for (float& y : lane) y = x;
-    }
+  float lane[lanes];
+  floatv() = default;
+  LOCKSTEP_INLINE floatv(float x) {
+    for (float& y : lane) y = x;
+  }
 };
 
 struct intv {
-    std::int32_t lane[lanes];
-    intv() = default;
-    LOCKSTEP_INLINE intv(std::int32_t x) {
-        for (std::int32_t& y : lane) y = x;
-    }
+  std::int32_t lane[lanes];
+  intv() = default;
+  LOCKSTEP_INLINE intv(std::int32_t x) {
+    for (std::int32_t& y : lane) y = x;
+  }
 };
 
 // A lane is -1 or 0, as wide as what it selects, so that compilers turn a loop of selects into vector code.
 struct maskv {
-    std::int32_t lane[lanes];
+  std::int32_t lane[lanes];
 };
 
 // Without the pragma, g++ 12 unrolls the loop before it looks for vectors, and then finds none; clang++ needs no
 // telling, and warns of each loop it leaves scalar once told.
-template <class V, class F> LOCKSTEP_INLINE V make_lanes(F f) {
-    V v;
+template <class V, class F>
+LOCKSTEP_INLINE V make_lanes(F f) {
+  V v;
 #ifndef __clang__
 #pragma omp simd
 #endif
-    for (int l = 0; l < lanes; ++l) v.lane[l] = f(l);
-    return v;
+  for (int l = 0; l < lanes; ++l) v.lane[l] = f(l);
+  return v;
 }
-template <class F> LOCKSTEP_INLINE floatv float_lanes(F f) { return make_lanes<floatv>(f); }
-template <class F> LOCKSTEP_INLINE intv int_lanes(F f) { return make_lanes<intv>(f); }
-template <class F> LOCKSTEP_INLINE maskv mask_lanes(F f) {
-    return make_lanes<maskv>([&](int l) { return f(l) ? -1 : 0; });
+template <class F>
+LOCKSTEP_INLINE floatv float_lanes(F f) {
+  return make_lanes<floatv>(f);
+}
+template <class F>
+LOCKSTEP_INLINE intv int_lanes(F f) {
+  return make_lanes<intv>(f);
+}
+template <class F>
+LOCKSTEP_INLINE maskv mask_lanes(F f) {
+  return make_lanes<maskv>([&](int l) { return f(l) ? -1 : 0; });
 }
 
-LOCKSTEP_INLINE floatv load(const float* p) { return float_lanes([&](int l) { return p[l]; }); }
-LOCKSTEP_INLINE intv load(const std::int32_t* p) { return int_lanes([&](int l) { return p[l]; }); }
+LOCKSTEP_INLINE floatv load(const float* p) {
+  return float_lanes([&](int l) { return p[l]; });
+}
+LOCKSTEP_INLINE intv load(const std::int32_t* p) {
+  return int_lanes([&](int l) { return p[l]; });
+}
 LOCKSTEP_INLINE floatv load(const float* p, maskv mask) {
-    return float_lanes([&](int l) { return mask.lane[l] ? p[l] : 0; });
+  return float_lanes([&](int l) { return mask.lane[l] ? p[l] : 0; });
 }
 LOCKSTEP_INLINE intv load(const std::int32_t* p, maskv mask) {
-    return int_lanes([&](int l) { return mask.lane[l] ? p[l] : 0; });
+  return int_lanes([&](int l) { return mask.lane[l] ? p[l] : 0; });
 }
 LOCKSTEP_INLINE void store(float* p, floatv v) {
-    for (int l = 0; l < lanes; ++l) p[l] = v.lane[l];
+  for (int l = 0; l < lanes; ++l) p[l] = v.lane[l];
 }
 LOCKSTEP_INLINE void store(std::int32_t* p, intv v) {
-    for (int l = 0; l < lanes; ++l) p[l] = v.lane[l];
+  for (int l = 0; l < lanes; ++l) p[l] = v.lane[l];
 }
 LOCKSTEP_INLINE void store(float* p, floatv v, maskv mask) {
-    for (int l = 0; l < lanes; ++l)
-        if (mask.lane[l]) p[l] = v.lane[l];
+  for (int l = 0; l < lanes; ++l)
+    if (mask.lane[l]) p[l] = v.lane[l];
 }
 LOCKSTEP_INLINE void store(std::int32_t* p, intv v, maskv mask) {
-    for (int l = 0; l < lanes; ++l)
-        if (mask.lane[l]) p[l] = v.lane[l];
+  for (int l = 0; l < lanes; ++l)
+    if (mask.lane[l]) p[l] = v.lane[l];
 }
 
 struct Records {
-    floatv field[8];
+  floatv field[8];
 };
 
 LOCKSTEP_INLINE Records load_records(const float* records, const std::int32_t* index) {
-    Records r;
-    for (int l = 0; l < lanes; ++l)
-        for (int f = 0; f < 8; ++f) r.field[f].lane[l] = records[8 * index[l] + f];
-    return r;
+  Records r;
+  for (int l = 0; l < lanes; ++l)
+    for (int f = 0; f < 8; ++f) r.field[f].lane[l] = records[8 * index[l] + f];
+  return r;
 }
 
 LOCKSTEP_INLINE floatv gather(const float* base, intv index) {
-    return float_lanes([&](int l) { return base[index.lane[l]]; });
+  return float_lanes([&](int l) { return base[index.lane[l]]; });
 }
 LOCKSTEP_INLINE intv gather(const std::int32_t* base, intv index) {
-    return int_lanes([&](int l) { return base[index.lane[l]]; });
+  return int_lanes([&](int l) { return base[index.lane[l]]; });
 }
 LOCKSTEP_INLINE floatv gather(const float* base, intv index, maskv mask) {
-    return float_lanes([&](int l) { return mask.lane[l] ? base[index.lane[l]] : 0; });
+  return float_lanes([&](int l) { return mask.lane[l] ? base[index.lane[l]] : 0; });
 }
 LOCKSTEP_INLINE intv gather(const std::int32_t* base, intv index, maskv mask) {
-    return int_lanes([&](int l) { return mask.lane[l] ? base[index.lane[l]] : 0; });
+  return int_lanes([&](int l) { return mask.lane[l] ? base[index.lane[l]] : 0; });
 }
 LOCKSTEP_INLINE void scatter(float* base, intv index, floatv v) {
-    for (int l = 0; l < lanes; ++l) base[index.lane[l]] = v.lane[l];
+  for (int l = 0; l < lanes; ++l) base[index.lane[l]] = v.lane[l];
 }
 LOCKSTEP_INLINE void scatter(std::int32_t* base, intv index, intv v) {
-    for (int l = 0; l < lanes; ++l) base[index.lane[l]] = v.lane[l];
+  for (int l = 0; l < lanes; ++l) base[index.lane[l]] = v.lane[l];
 }
 LOCKSTEP_INLINE void scatter(float* base, intv index, floatv v, maskv mask) {
-    for (int l = 0; l < lanes; ++l)
-        if (mask.lane[l]) base[index.lane[l]] = v.lane[l];
+  for (int l = 0; l < lanes; ++l)
+    if (mask.lane[l]) base[index.lane[l]] = v.lane[l];
 }
 LOCKSTEP_INLINE void scatter(std::int32_t* base, intv index, intv v, maskv mask) {
-    for (int l = 0; l < lanes; ++l)
-        if (mask.lane[l]) base[index.lane[l]] = v.lane[l];
+  for (int l = 0; l < lanes; ++l)
+    if (mask.lane[l]) base[index.lane[l]] = v.lane[l];
 }
 
 LOCKSTEP_INLINE floatv operator+(floatv a, floatv b) {
-    return float_lanes([&](int l) { return a.lane[l] + b.lane[l]; });
+  return float_lanes([&](int l) { return a.lane[l] + b.lane[l]; });
 }
 LOCKSTEP_INLINE floatv operator-(floatv a, floatv b) {
-    return float_lanes([&](int l) { return a.lane[l] - b.lane[l]; });
+  return float_lanes([&](int l) { return a.lane[l] - b.lane[l]; });
 }
 LOCKSTEP_INLINE floatv operator*(floatv a, floatv b) {
-    return float_lanes([&](int l) { return a.lane[l] * b.lane[l]; });
+  return float_lanes([&](int l) { return a.lane[l] * b.lane[l]; });
 }
 LOCKSTEP_INLINE floatv operator/(floatv a, floatv b) {
-    return float_lanes([&](int l) { return a.lane[l] / b.lane[l]; });
+  return float_lanes([&](int l) { return a.lane[l] / b.lane[l]; });
 }
-LOCKSTEP_INLINE floatv operator-(floatv a) { return float_lanes([&](int l) { return -a.lane[l]; }); }
+LOCKSTEP_INLINE floatv operator-(floatv a) {
+  return float_lanes([&](int l) { return -a.lane[l]; });
+}
 LOCKSTEP_INLINE floatv min(floatv a, floatv b) {
-    return float_lanes([&](int l) { return a.lane[l] < b.lane[l] ? a.lane[l] : b.lane[l]; });
+  return float_lanes([&](int l) { return a.lane[l] < b.lane[l] ? a.lane[l] : b.lane[l]; });
 }
 LOCKSTEP_INLINE floatv max(floatv a, floatv b) {
-    return float_lanes([&](int l) { return a.lane[l] > b.lane[l] ? a.lane[l] : b.lane[l]; });
+  return float_lanes([&](int l) { return a.lane[l] > b.lane[l] ? a.lane[l] : b.lane[l]; });
 }
-LOCKSTEP_INLINE floatv abs(floatv a) { return float_lanes([&](int l) { return std::fabs(a.lane[l]); }); }
-LOCKSTEP_INLINE floatv sqrt(floatv a) { return float_lanes([&](int l) { return std::sqrt(a.lane[l]); }); }
+LOCKSTEP_INLINE floatv abs(floatv a) {
+  return float_lanes([&](int l) { return std::fabs(a.lane[l]); });
+}
+LOCKSTEP_INLINE floatv sqrt(floatv a) {
+  return float_lanes([&](int l) { return std::sqrt(a.lane[l]); });
+}
 LOCKSTEP_INLINE floatv fma(floatv a, floatv b, floatv c) {
-    return float_lanes([&](int l) { return std::fma(a.lane[l], b.lane[l], c.lane[l]); });
+  return float_lanes([&](int l) { return std::fma(a.lane[l], b.lane[l], c.lane[l]); });
 }
 
 // Through unsigned, where wrapping around is defined.
 LOCKSTEP_INLINE std::uint32_t modular(std::int32_t x) { return static_cast<std::uint32_t>(x); }
 LOCKSTEP_INLINE intv operator+(intv a, intv b) {
-    return int_lanes([&](int l) { return modular(a.lane[l]) + modular(b.lane[l]); });
+  return int_lanes([&](int l) { return modular(a.lane[l]) + modular(b.lane[l]); });
 }
 LOCKSTEP_INLINE intv operator-(intv a, intv b) {
-    return int_lanes([&](int l) { return modular(a.lane[l]) - modular(b.lane[l]); });
+  return int_lanes([&](int l) { return modular(a.lane[l]) - modular(b.lane[l]); });
 }
 LOCKSTEP_INLINE intv operator*(intv a, intv b) {
-    return int_lanes([&](int l) { return modular(a.lane[l]) * modular(b.lane[l]); });
+  return int_lanes([&](int l) { return modular(a.lane[l]) * modular(b.lane[l]); });
 }
-LOCKSTEP_INLINE intv operator&(intv a, intv b) { return int_lanes([&](int l) { return a.lane[l] & b.lane[l]; }); }
-LOCKSTEP_INLINE intv operator|(intv a, intv b) { return int_lanes([&](int l) { return a.lane[l] | b.lane[l]; }); }
-LOCKSTEP_INLINE intv operator^(intv a, intv b) { return int_lanes([&](int l) { return a.lane[l] ^ b.lane[l]; }); }
-LOCKSTEP_INLINE intv operator<<(intv a, intv n) { return int_lanes([&](int l) { return a.lane[l] << n.lane[l]; }); }
-LOCKSTEP_INLINE intv operator>>(intv a, intv n) { return int_lanes([&](int l) { return a.lane[l] >> n.lane[l]; }); }
+LOCKSTEP_INLINE intv operator&(intv a, intv b) {
+  return int_lanes([&](int l) { return a.lane[l] & b.lane[l]; });
+}
+LOCKSTEP_INLINE intv operator|(intv a, intv b) {
+  return int_lanes([&](int l) { return a.lane[l] | b.lane[l]; });
+}
+LOCKSTEP_INLINE intv operator^(intv a, intv b) {
+  return int_lanes([&](int l) { return a.lane[l] ^ b.lane[l]; });
+}
+LOCKSTEP_INLINE intv operator<<(intv a, intv n) {
+  return int_lanes([&](int l) { return a.lane[l] << n.lane[l]; });
+}
+LOCKSTEP_INLINE intv operator>>(intv a, intv n) {
+  return int_lanes([&](int l) { return a.lane[l] >> n.lane[l]; });
+}
 LOCKSTEP_INLINE intv min(intv a, intv b) {
-    return int_lanes([&](int l) { return a.lane[l] < b.lane[l] ? a.lane[l] : b.lane[l]; });
+  return int_lanes([&](int l) { return a.lane[l] < b.lane[l] ? a.lane[l] : b.lane[l]; });
 }
 LOCKSTEP_INLINE intv max(intv a, intv b) {
-    return int_lanes([&](int l) { return a.lane[l] > b.lane[l] ? a.lane[l] : b.lane[l]; });
+  return int_lanes([&](int l) { return a.lane[l] > b.lane[l] ? a.lane[l] : b.lane[l]; });
 }
 LOCKSTEP_INLINE intv to_int(floatv a) {
-    return int_lanes([&](int l) {
-        const bool fits = a.lane[l] >= -0x1p31f && a.lane[l] < 0x1p31f;
-        return fits ? static_cast<std::int32_t>(a.lane[l]) : INT32_MIN;
-    });
+  return int_lanes([&](int l) {
+    const bool fits = a.lane[l] >= -0x1p31f && a.lane[l] < 0x1p31f;
+    return fits ? static_cast<std::int32_t>(a.lane[l]) : INT32_MIN;
+  });
 }
-LOCKSTEP_INLINE floatv to_float(intv a) { return float_lanes([&](int l) { return static_cast<float>(a.lane[l]); }); }
+LOCKSTEP_INLINE floatv to_float(intv a) {
+  return float_lanes([&](int l) { return static_cast<float>(a.lane[l]); });
+}
 
 LOCKSTEP_INLINE maskv operator<(floatv a, floatv b) {
-    return mask_lanes([&](int l) { return a.lane[l] < b.lane[l]; });
+  return mask_lanes([&](int l) { return a.lane[l] < b.lane[l]; });
 }
 LOCKSTEP_INLINE maskv operator<=(floatv a, floatv b) {
-    return mask_lanes([&](int l) { return a.lane[l] <= b.lane[l]; });
+  return mask_lanes([&](int l) { return a.lane[l] <= b.lane[l]; });
 }
 LOCKSTEP_INLINE maskv operator==(floatv a, floatv b) {
-    return mask_lanes([&](int l) { return a.lane[l] == b.lane[l]; });
+  return mask_lanes([&](int l) { return a.lane[l] == b.lane[l]; });
 }
 LOCKSTEP_INLINE maskv operator!=(floatv a, floatv b) {
-    return mask_lanes([&](int l) { return a.lane[l] != b.lane[l]; });
+  return mask_lanes([&](int l) { return a.lane[l] != b.lane[l]; });
 }
-LOCKSTEP_INLINE maskv operator<(intv a, intv b) { return mask_lanes([&](int l) { return a.lane[l] < b.lane[l]; }); }
-LOCKSTEP_INLINE maskv operator<=(intv a, intv b) { return mask_lanes([&](int l) { return a.lane[l] <= b.lane[l]; }); }
-LOCKSTEP_INLINE maskv operator==(intv a, intv b) { return mask_lanes([&](int l) { return a.lane[l] == b.lane[l]; }); }
-LOCKSTEP_INLINE maskv operator!=(intv a, intv b) { return mask_lanes([&](int l) { return a.lane[l] != b.lane[l]; }); }
+LOCKSTEP_INLINE maskv operator<(intv a, intv b) {
+  return mask_lanes([&](int l) { return a.lane[l] < b.lane[l]; });
+}
+LOCKSTEP_INLINE maskv operator<=(intv a, intv b) {
+  return mask_lanes([&](int l) { return a.lane[l] <= b.lane[l]; });
+}
+LOCKSTEP_INLINE maskv operator==(intv a, intv b) {
+  return mask_lanes([&](int l) { return a.lane[l] == b.lane[l]; });
+}
+LOCKSTEP_INLINE maskv operator!=(intv a, intv b) {
+  return mask_lanes([&](int l) { return a.lane[l] != b.lane[l]; });
+}
 
 LOCKSTEP_INLINE maskv operator&(maskv a, maskv b) {
-    return make_lanes<maskv>([&](int l) { return a.lane[l] & b.lane[l]; });
+  return make_lanes<maskv>([&](int l) { return a.lane[l] & b.lane[l]; });
 }
 LOCKSTEP_INLINE maskv operator|(maskv a, maskv b) {
-    return make_lanes<maskv>([&](int l) { return a.lane[l] | b.lane[l]; });
+  return make_lanes<maskv>([&](int l) { return a.lane[l] | b.lane[l]; });
 }
 LOCKSTEP_INLINE maskv operator^(maskv a, maskv b) {
-    return make_lanes<maskv>([&](int l) { return a.lane[l] ^ b.lane[l]; });
+  return make_lanes<maskv>([&](int l) { return a.lane[l] ^ b.lane[l]; });
 }
-LOCKSTEP_INLINE maskv operator~(maskv a) { return make_lanes<maskv>([&](int l) { return ~a.lane[l]; }); }
+LOCKSTEP_INLINE maskv operator~(maskv a) {
+  return make_lanes<maskv>([&](int l) { return ~a.lane[l]; });
+}
 LOCKSTEP_INLINE std::uint32_t bits(maskv mask) {
-    std::uint32_t b = 0;
-    for (int l = 0; l < lanes; ++l) b |= static_cast<std::uint32_t>(mask.lane[l]) & 1u << l;
-    return b;
+  std::uint32_t b = 0;
+  for (int l = 0; l < lanes; ++l) b |= static_cast<std::uint32_t>(mask.lane[l]) & 1u << l;
+  return b;
 }
-LOCKSTEP_INLINE intv lane_index() { return int_lanes([](int l) { return l; }); }
+LOCKSTEP_INLINE intv lane_index() {
+  return int_lanes([](int l) { return l; });
+}
 LOCKSTEP_INLINE floatv select(maskv mask, floatv a, floatv b) {
-    return float_lanes([&](int l) { return mask.lane[l] ? a.lane[l] : b.lane[l]; });
+  return float_lanes([&](int l) { return mask.lane[l] ? a.lane[l] : b.lane[l]; });
 }
 LOCKSTEP_INLINE intv select(maskv mask, intv a, intv b) {
-    return int_lanes([&](int l) { return mask.lane[l] ? a.lane[l] : b.lane[l]; });
+  return int_lanes([&](int l) { return mask.lane[l] ? a.lane[l] : b.lane[l]; });
 }
 
-template <class V> LOCKSTEP_INLINE V compress_lanes(maskv mask, V v) {
-    V front = 0;
-    int n = 0;
-    for (int l = 0; l < lanes; ++l)
-        if (mask.lane[l]) front.lane[n++] = v.lane[l];
-    return front;
+template <class V>
+LOCKSTEP_INLINE V compress_lanes(maskv mask, V v) {
+  V front = 0;
+  int n = 0;
+  for (int l = 0; l < lanes; ++l)
+    if (mask.lane[l]) front.lane[n++] = v.lane[l];
+  return front;
 }
 LOCKSTEP_INLINE floatv compress(maskv mask, floatv v) { return compress_lanes(mask, v); }
 LOCKSTEP_INLINE intv compress(maskv mask, intv v) { return compress_lanes(mask, v); }
 
-template <class V, class Combine> LOCKSTEP_INLINE auto reduce_lanes(V v, Combine combine) {
-    for (int half = lanes / 2; half > 0; half /= 2)
-        v = combine(v, make_lanes<V>([&](int l) { return v.lane[(l + half) % lanes]; }));
-    return v.lane[0];
+template <class V, class Combine>
+LOCKSTEP_INLINE auto reduce_lanes(V v, Combine combine) {
+  for (int half = lanes / 2; half > 0; half /= 2) v = combine(v, make_lanes<V>([&](int l) { return v.lane[(l + half) % lanes]; }));
+  return v.lane[0];
 }
 LOCKSTEP_INLINE std::int32_t reduce_add(intv v) {
-    return reduce_lanes(v, [](intv a, intv b) { return a + b; });
+  return reduce_lanes(v, [](intv a, intv b) { return a + b; });
 }
 
 }  // namespace lockstep

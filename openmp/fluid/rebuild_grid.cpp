@@ -104,7 +104,7 @@ void rebuild_grid_linked_lists(Grid<Real>& grid, Particles<Real>& particles, Par
   }
   for (int c = 0; c < grid.cells(); ++c) grid.cell_begin[c + 1] += grid.cell_begin[c];
 
-  // Each cell empties its own list into its own run.
+    // Each cell empties its own list into its own run.
 #pragma omp parallel for schedule(static)
   for (int c = 0; c < grid.cells(); ++c) {
     const int begin = grid.cell_begin[c], end = grid.cell_begin[c + 1];

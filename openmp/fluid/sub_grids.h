@@ -83,8 +83,7 @@ SubGrids make_sub_grids(const Grid<Real>& grid, int parts) {
   };
   for (int z = 0; z < nz; ++z)
     for (int y = 0; y < ny; ++y)
-      for (int x = 0; x < nx; ++x)
-        result.shared[grid.cell(x, y, z)] = near_cut(cut_x, x) || near_cut(cut_y, y) || near_cut(cut_z, z);
+      for (int x = 0; x < nx; ++x) result.shared[grid.cell(x, y, z)] = near_cut(cut_x, x) || near_cut(cut_y, y) || near_cut(cut_z, z);
   return result;
 }
 

@@ -19,8 +19,8 @@
 
 namespace lockstep::fluid::serial {
 
-void densities_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
-                         Neighbours<Real>&, std::span<Real> density) {
+void densities_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>&,
+                         std::span<Real> density) {
   const Real h2 = model.smoothing_length_2;
   const Vectors<Real>& p = particles.position;
   std::fill(density.begin(), density.end(), h2 * h2 * h2);  // each particle's own term

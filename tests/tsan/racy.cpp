@@ -117,12 +117,10 @@ struct Mistake {
   const char *name, *scene;
   void (*make)(Fluid<float>&);
 };
-constexpr Mistake mistakes[] = {{"list_without_lock", "clump", list_without_lock},
-                                {"list_under_wrong_lock", "clump", list_under_wrong_lock},
-                                {"sort_without_barrier", "clump", sort_without_barrier},
-                                {"pairs_without_lock", "dam_break_5k", pairs_without_lock},
-                                {"buffer_shared", "dam_break_5k", buffer_shared},
-                                {"loops_without_barrier", "dam_break_5k", loops_without_barrier}};
+constexpr Mistake mistakes[] = {
+    {"list_without_lock", "clump", list_without_lock},       {"list_under_wrong_lock", "clump", list_under_wrong_lock},
+    {"sort_without_barrier", "clump", sort_without_barrier}, {"pairs_without_lock", "dam_break_5k", pairs_without_lock},
+    {"buffer_shared", "dam_break_5k", buffer_shared},        {"loops_without_barrier", "dam_break_5k", loops_without_barrier}};
 
 }  // namespace
 
