@@ -7,11 +7,10 @@ isa_avx2     := -march=x86-64-v3 -DLOCKSTEP_ISA_AVX2
 isa_portable := -DLOCKSTEP_ISA_PORTABLE
 $(if $(isa_$(ISA)),,$(error ISA=$(ISA): expected avx512, avx2 or portable))
 
-CXX    = g++
-PYTHON = /usr/bin/python3
+CXX   = g++
 # errno is not looked at: without the flag, sqrt keeps loops from becoming lanes. Values do not change.
-FLAGS  = -std=c++20 -O3 $(isa_$(ISA)) -ffp-contract=off -fno-math-errno -fopenmp -Wall -Wextra
-DEBS   = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libgtest-dev clang-14 libomp-14-dev libclang-rt-14-dev
+FLAGS = -std=c++20 -O3 $(isa_$(ISA)) -ffp-contract=off -fno-math-errno -fopenmp -Wall -Wextra
+DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libgtest-dev clang-14 libomp-14-dev libclang-rt-14-dev
 
 # Where objects go: a folder for each way to build.
 BUILD := build/$(ISA)

@@ -124,10 +124,9 @@ Case rebuild_grid_case(const std::string& path, RebuildGrid<float>* openmp) {
   struct State {
     std::shared_ptr<const Inputs> in;
     Grid<float> grid;
-    Particles<float> openmp, sorted, serial;
-    Array<std::int32_t> serial_cells;
+    Particles<float> openmp, sorted;
   };
-  auto s = std::make_shared<State>(State{inputs(path), {}, {}, {}, {}, {}});
+  auto s = std::make_shared<State>(State{inputs(path), {}, {}, {}});
   const double n = s->in->fluid.particles.count, cells = s->in->fluid.grid.cells();
   return {
       .reset = [s] { s->grid = s->in->fluid.grid, s->openmp = s->sorted = s->in->unsorted; },

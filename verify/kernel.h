@@ -43,7 +43,7 @@ struct Case {
   std::function<void()> serial;         // the serial form of the same algorithm: what openmp must agree with
   std::function<void()> best_serial;    // the best serial algorithm, where that is another: what openmp must beat
   std::function<void()> openmp;         // with as many threads as omp_set_num_threads said
-  std::function<Judgement()> judge;     // of what the last serial and openmp runs left
+  std::function<Judgement()> judge;     // compares what the last openmp run left with the serial form
   std::function<std::uint64_t()> hash;  // of what the last openmp run left, in an order that does not depend on the run
   Work work;
 };

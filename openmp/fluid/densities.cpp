@@ -7,7 +7,8 @@
 // a shared cell changes the rounding: these forms alone depend on timing.
 //
 // Owner-gather: every particle looks at all 27 cells and sums for itself. The candidates of a cell are packed once, side by
-// side, so that all particles of the cell test full vectors of them. No lock, and the same bits at every thread count.
+// side, so that all particles of the cell test full vectors of them. No lock, and the same bits at every thread count. Whom it
+// found it notes, the lanes that hit moved together, so that the forces need not look again and get vectors that are full.
 //
 // About 15 % of the pairs tested lie within h; the rest are lanes that add zero. notes/fluid.md says what that costs.
 //
