@@ -28,6 +28,8 @@ struct floatv;   // floatv(float x) is implicit and sets every lane to x; floatv
 struct intv;     // intv(std::int32_t x), likewise
 struct maskv;    // one truth value a lane; a lane is active where it is true
 struct Records;  // floatv field[8]
+struct Quads;    // floatv field[4]
+struct Halves;   // floatv first, second
 
 // Memory. Any alignment. Memory of inactive lanes is not touched, it need not even be there.
 floatv load(const float* p);  // p[l]
@@ -50,6 +52,11 @@ void scatter(std::int32_t* base, intv index, intv v, maskv mask);  //   indices 
 // Whole records: sixteen records of eight floats, and what lane l finds in field f of its own. One access a record, where
 // eight gathers would be eight; 32-byte aligned.
 Records load_records(const float* records, const std::int32_t* index);  // field[f] lane l = records[8 * index[l] + f]
+
+// The same of records of four floats, 16-byte aligned, and back: if (mask) records[4 * index[l] + f] = field[f] lane l, where active
+// indices differ. Sixteen moves each way where a scatter a field would be 64 on Zen 4.
+Quads load_quads(const float* records, const std::int32_t* index);
+void store_quads(float* records, const std::int32_t* index, Quads quads, maskv mask);
 
 // Arithmetic. Each operation on floatv rounds once, to nearest; intv wraps around.
 floatv operator+(floatv a, floatv b);
@@ -113,6 +120,15 @@ float reduce_max(floatv v);             // by max(a, b), likewise
 std::int32_t reduce_add(intv v);        // wraps around
 floatv compress(maskv mask, floatv v);  // the active lanes, moved to the front in order; the rest 0
 intv compress(maskv mask, intv v);
+void transpose(floatv (&row)[lanes]);  // row[i] lane j and row[j] lane i change places
+
+// Partners in a row of 32 floats, a and then b, cut into blocks of 2 G, where G is 1 or 2: `first` gets the first G of every
+// block, `second` the last G, partners (G apart in the row) in the same lane. Which block goes to which lanes is left to the back end, so
+// that each is one shuffle; join puts all back in order.
+template <int G>
+Halves split(floatv a, floatv b);
+template <int G>
+void join(Halves halves, floatv& a, floatv& b);
 
 }  // namespace lockstep
 

@@ -14,6 +14,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cfloat>
 #include <climits>
@@ -21,6 +22,8 @@
 #include <functional>
 #include <limits>
 #include <random>
+#include <set>
+#include <vector>
 
 using namespace lockstep;
 
@@ -458,5 +461,57 @@ TEST(Simd, LoadsWholeRecords) {
       for (int l = 0; l < lanes; ++l) ASSERT_EQ(values(r.field[f])[l], base[8 * index[l] + f]);
   }
 }
+
+TEST(Simd, LoadsAndStoresQuads) {
+  constexpr int records = 40;
+  alignas(16) float base[4 * records], target[4 * records];
+  for (int k = 0; k < 4 * records; ++k) base[k] = static_cast<float>(k);
+  std::mt19937 random(11);
+  std::vector<std::int32_t> index(records);
+  for (int k = 0; k < records; ++k) index[k] = k;
+  for (int repeat = 0; repeat < 100; ++repeat) {
+    std::shuffle(index.begin(), index.end(), random);
+    const Quads q = load_quads(base, index.data());
+    for (int f = 0; f < 4; ++f)
+      for (int l = 0; l < lanes; ++l) ASSERT_EQ(values(q.field[f])[l], base[4 * index[l] + f]);
+    const std::uint32_t mask = random() & 0xffff;
+    std::fill_n(target, 4 * records, -1.f);
+    store_quads(target, index.data(), q, mask_of(mask));
+    for (int k = 0; k < records; ++k)
+      for (int f = 0; f < 4; ++f) ASSERT_EQ(target[4 * index[k] + f], k < lanes && active(mask, k) ? base[4 * index[k] + f] : -1.f) << mask;
+  }
+}
+
+TEST(Simd, Transposes) {
+  floatv row[lanes];
+  for (int i = 0; i < lanes; ++i) row[i] = to_float(lane_index() + lanes * i);
+  transpose(row);
+  for (int i = 0; i < lanes; ++i)
+    for (int j = 0; j < lanes; ++j) ASSERT_EQ(values(row[i])[j], lanes * j + i);
+}
+
+template <int G>
+void splits_and_joins() {
+  float row[2 * lanes];
+  for (int k = 0; k < 2 * lanes; ++k) row[k] = static_cast<float>(k);
+  const Halves halves = split<G>(lockstep::load(row), lockstep::load(row + lanes));
+  std::set<float> seen;
+  for (int l = 0; l < lanes; ++l) {
+    const float first = values(halves.first)[l];
+    EXPECT_EQ(static_cast<int>(first) % (2 * G) / G, 0);
+    EXPECT_EQ(values(halves.second)[l], first + G);
+    seen.insert(first);
+  }
+  EXPECT_EQ(seen.size(), std::size_t(lanes));
+  floatv a, b;
+  join<G>(halves, a, b);
+  for (int l = 0; l < lanes; ++l) {
+    EXPECT_EQ(values(a)[l], l);
+    EXPECT_EQ(values(b)[l], l + lanes);
+  }
+}
+
+TEST(Simd, SplitsNeighbours) { splits_and_joins<1>(); }
+TEST(Simd, SplitsPairs) { splits_and_joins<2>(); }
 
 }  // namespace

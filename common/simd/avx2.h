@@ -92,6 +92,52 @@ LOCKSTEP_INLINE Records load_records(const float* records, const std::int32_t* i
   return r;
 }
 
+struct Quads {
+  floatv field[4];
+};
+
+// In both halves of the registers, four rows of four floats become four columns.
+LOCKSTEP_INLINE void transpose_halves(__m256 (&row)[4]) {
+  const __m256 low_a = _mm256_unpacklo_ps(row[0], row[1]), high_a = _mm256_unpackhi_ps(row[0], row[1]);
+  const __m256 low_b = _mm256_unpacklo_ps(row[2], row[3]), high_b = _mm256_unpackhi_ps(row[2], row[3]);
+  row[0] = _mm256_shuffle_ps(low_a, low_b, 0x44);
+  row[1] = _mm256_shuffle_ps(low_a, low_b, 0xee);
+  row[2] = _mm256_shuffle_ps(high_a, high_b, 0x44);
+  row[3] = _mm256_shuffle_ps(high_a, high_b, 0xee);
+}
+
+// Row q holds records q and q + 4 of eight, so that columns come out in the order of the lanes.
+LOCKSTEP_INLINE Quads load_quads(const float* records, const std::int32_t* index) {
+  const auto record = [&](int l) { return _mm_load_ps(records + 4 * index[l]); };
+  __m256 low[4], high[4];
+  for (int q = 0; q < 4; ++q) {
+    low[q] = _mm256_insertf128_ps(_mm256_castps128_ps256(record(q)), record(q + 4), 1);
+    high[q] = _mm256_insertf128_ps(_mm256_castps128_ps256(record(q + 8)), record(q + 12), 1);
+  }
+  transpose_halves(low);
+  transpose_halves(high);
+  return {{{low[0], high[0]}, {low[1], high[1]}, {low[2], high[2]}, {low[3], high[3]}}};
+}
+
+LOCKSTEP_INLINE std::uint32_t bits(maskv mask);
+
+LOCKSTEP_INLINE void store_quads(float* records, const std::int32_t* index, Quads quads, maskv mask) {
+  __m256 low[4], high[4];
+  for (int f = 0; f < 4; ++f) low[f] = quads.field[f].lo, high[f] = quads.field[f].hi;
+  transpose_halves(low);
+  transpose_halves(high);
+  const std::uint32_t active = bits(mask);
+  const auto put = [&](int l, __m128 record) {
+    if (active >> l & 1) _mm_store_ps(records + 4 * index[l], record);
+  };
+  for (int q = 0; q < 4; ++q) {
+    put(q, _mm256_castps256_ps128(low[q]));
+    put(q + 4, _mm256_extractf128_ps(low[q], 1));
+    put(q + 8, _mm256_castps256_ps128(high[q]));
+    put(q + 12, _mm256_extractf128_ps(high[q], 1));
+  }
+}
+
 LOCKSTEP_INLINE floatv gather(const float* base, intv index, maskv mask) {
   const __m256 zero = _mm256_setzero_ps();
   return {_mm256_mask_i32gather_ps(zero, base, index.lo, as_float(mask.lo), sizeof(float)),
@@ -204,6 +250,46 @@ LOCKSTEP_INLINE intv compress(maskv mask, intv v) {
 LOCKSTEP_INLINE floatv compress(maskv mask, floatv v) {
   const intv front = compress(mask, intv(as_int(v.lo), as_int(v.hi)));
   return {as_float(front.lo), as_float(front.hi)};
+}
+
+// Four squares of eight; the two off the diagonal change places.
+LOCKSTEP_INLINE void transpose(floatv (&row)[lanes]) {
+  __m256 square[2][2][8];
+  for (int l = 0; l < 8; ++l) {
+    square[0][0][l] = row[l].lo, square[0][1][l] = row[l].hi;
+    square[1][0][l] = row[l + 8].lo, square[1][1][l] = row[l + 8].hi;
+  }
+  for (auto& half : square)
+    for (auto& eight : half) transpose(eight);
+  for (int l = 0; l < 8; ++l) {
+    row[l] = {square[0][0][l], square[1][0][l]};
+    row[l + 8] = {square[0][1][l], square[1][1][l]};
+  }
+}
+
+struct Halves {
+  floatv first, second;
+};
+
+template <int G>
+LOCKSTEP_INLINE Halves split(floatv a, floatv b) {
+  if constexpr (G == 1)
+    return {{_mm256_shuffle_ps(a.lo, b.lo, 0x88), _mm256_shuffle_ps(a.hi, b.hi, 0x88)},
+            {_mm256_shuffle_ps(a.lo, b.lo, 0xdd), _mm256_shuffle_ps(a.hi, b.hi, 0xdd)}};
+  return {{_mm256_shuffle_ps(a.lo, b.lo, 0x44), _mm256_shuffle_ps(a.hi, b.hi, 0x44)},
+          {_mm256_shuffle_ps(a.lo, b.lo, 0xee), _mm256_shuffle_ps(a.hi, b.hi, 0xee)}};
+}
+
+template <int G>
+LOCKSTEP_INLINE void join(Halves halves, floatv& a, floatv& b) {
+  const auto [x, y] = halves;
+  if constexpr (G == 1) {
+    a = {_mm256_unpacklo_ps(x.lo, y.lo), _mm256_unpacklo_ps(x.hi, y.hi)};
+    b = {_mm256_unpackhi_ps(x.lo, y.lo), _mm256_unpackhi_ps(x.hi, y.hi)};
+  } else {
+    a = {_mm256_shuffle_ps(x.lo, y.lo, 0x44), _mm256_shuffle_ps(x.hi, y.hi, 0x44)};
+    b = {_mm256_shuffle_ps(x.lo, y.lo, 0xee), _mm256_shuffle_ps(x.hi, y.hi, 0xee)};
+  }
 }
 
 LOCKSTEP_INLINE __m256 min(__m256 a, __m256 b) { return _mm256_min_ps(a, b); }

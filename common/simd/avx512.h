@@ -75,6 +75,47 @@ LOCKSTEP_INLINE Records load_records(const float* records, const std::int32_t* i
   return r;
 }
 
+struct Quads {
+  floatv field[4];
+};
+
+// In every quarter of the registers, four rows of four floats become four columns.
+LOCKSTEP_INLINE void transpose_quarters(__m512 (&row)[4]) {
+  const __m512d low_a = _mm512_castps_pd(_mm512_unpacklo_ps(row[0], row[1])), high_a = _mm512_castps_pd(_mm512_unpackhi_ps(row[0], row[1]));
+  const __m512d low_b = _mm512_castps_pd(_mm512_unpacklo_ps(row[2], row[3])), high_b = _mm512_castps_pd(_mm512_unpackhi_ps(row[2], row[3]));
+  row[0] = _mm512_castpd_ps(_mm512_unpacklo_pd(low_a, low_b));
+  row[1] = _mm512_castpd_ps(_mm512_unpackhi_pd(low_a, low_b));
+  row[2] = _mm512_castpd_ps(_mm512_unpacklo_pd(high_a, high_b));
+  row[3] = _mm512_castpd_ps(_mm512_unpackhi_pd(high_a, high_b));
+}
+
+// Row q holds records q, q + 4, q + 8 and q + 12, so that columns come out in the order of the lanes.
+LOCKSTEP_INLINE Quads load_quads(const float* records, const std::int32_t* index) {
+  const auto record = [&](int l) { return _mm_load_ps(records + 4 * index[l]); };
+  __m512 row[4];
+  for (int q = 0; q < 4; ++q) {
+    const __m256 low = _mm256_insertf128_ps(_mm256_castps128_ps256(record(q)), record(q + 4), 1);
+    const __m256 high = _mm256_insertf128_ps(_mm256_castps128_ps256(record(q + 8)), record(q + 12), 1);
+    row[q] = _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
+  }
+  transpose_quarters(row);
+  return {{row[0], row[1], row[2], row[3]}};
+}
+
+LOCKSTEP_INLINE void store_quads(float* records, const std::int32_t* index, Quads quads, maskv mask) {
+  __m512 row[4] = {quads.field[0].v, quads.field[1].v, quads.field[2].v, quads.field[3].v};
+  transpose_quarters(row);
+  const auto put = [&](int l, __m128 record) {
+    if (mask.m >> l & 1) _mm_store_ps(records + 4 * index[l], record);
+  };
+  for (int q = 0; q < 4; ++q) {
+    put(q, _mm512_castps512_ps128(row[q]));
+    put(q + 4, _mm512_extractf32x4_ps(row[q], 1));
+    put(q + 8, _mm512_extractf32x4_ps(row[q], 2));
+    put(q + 12, _mm512_extractf32x4_ps(row[q], 3));
+  }
+}
+
 LOCKSTEP_INLINE floatv gather(const float* base, intv index, maskv mask) {
   return _mm512_mask_i32gather_ps(_mm512_setzero_ps(), mask.m, index.v, base, sizeof(float));
 }
@@ -138,6 +179,54 @@ LOCKSTEP_INLINE intv select(maskv mask, intv a, intv b) { return _mm512_mask_ble
 // To a register and then, if need be, to memory: the compressing store is microcode on Zen 4, 15 times slower.
 LOCKSTEP_INLINE floatv compress(maskv mask, floatv v) { return _mm512_maskz_compress_ps(mask.m, v.v); }
 LOCKSTEP_INLINE intv compress(maskv mask, intv v) { return _mm512_maskz_compress_epi32(mask.m, v.v); }
+
+// Rounds of shuffles within quarters of a register, then of whole quarters.
+LOCKSTEP_INLINE void transpose(floatv (&row)[lanes]) {
+  __m512 pair[lanes], quad[lanes];
+  for (int l = 0; l < lanes; l += 2) {
+    pair[l] = _mm512_unpacklo_ps(row[l].v, row[l + 1].v);
+    pair[l + 1] = _mm512_unpackhi_ps(row[l].v, row[l + 1].v);
+  }
+  for (int l = 0; l < lanes; l += 4)
+    for (int k = 0; k < 2; ++k) {
+      const __m512d a = _mm512_castps_pd(pair[l + k]), b = _mm512_castps_pd(pair[l + k + 2]);
+      quad[l + 2 * k] = _mm512_castpd_ps(_mm512_unpacklo_pd(a, b));
+      quad[l + 2 * k + 1] = _mm512_castpd_ps(_mm512_unpackhi_pd(a, b));
+    }
+  // Register l + k now holds columns k, k + 4, k + 8, k + 12 of rows l .. l + 3, a quarter each.
+  for (int k = 0; k < 4; ++k) {
+    const __m512 even_top = _mm512_shuffle_f32x4(quad[k], quad[k + 4], 0x88), odd_top = _mm512_shuffle_f32x4(quad[k], quad[k + 4], 0xdd);
+    const __m512 even_bottom = _mm512_shuffle_f32x4(quad[k + 8], quad[k + 12], 0x88);
+    const __m512 odd_bottom = _mm512_shuffle_f32x4(quad[k + 8], quad[k + 12], 0xdd);
+    row[k].v = _mm512_shuffle_f32x4(even_top, even_bottom, 0x88);
+    row[k + 4].v = _mm512_shuffle_f32x4(odd_top, odd_bottom, 0x88);
+    row[k + 8].v = _mm512_shuffle_f32x4(even_top, even_bottom, 0xdd);
+    row[k + 12].v = _mm512_shuffle_f32x4(odd_top, odd_bottom, 0xdd);
+  }
+}
+
+struct Halves {
+  floatv first, second;
+};
+
+template <int G>
+LOCKSTEP_INLINE Halves split(floatv a, floatv b) {
+  if constexpr (G == 1) return {_mm512_shuffle_ps(a.v, b.v, 0x88), _mm512_shuffle_ps(a.v, b.v, 0xdd)};
+  const __m512d x = _mm512_castps_pd(a.v), y = _mm512_castps_pd(b.v);
+  return {_mm512_castpd_ps(_mm512_unpacklo_pd(x, y)), _mm512_castpd_ps(_mm512_unpackhi_pd(x, y))};
+}
+
+template <int G>
+LOCKSTEP_INLINE void join(Halves halves, floatv& a, floatv& b) {
+  if constexpr (G == 1) {
+    a = _mm512_unpacklo_ps(halves.first.v, halves.second.v);
+    b = _mm512_unpackhi_ps(halves.first.v, halves.second.v);
+  } else {
+    const __m512d x = _mm512_castps_pd(halves.first.v), y = _mm512_castps_pd(halves.second.v);
+    a = _mm512_castpd_ps(_mm512_unpacklo_pd(x, y));
+    b = _mm512_castpd_ps(_mm512_unpackhi_pd(x, y));
+  }
+}
 
 LOCKSTEP_INLINE __m256 min(__m256 a, __m256 b) { return _mm256_min_ps(a, b); }
 LOCKSTEP_INLINE __m128 min(__m128 a, __m128 b) { return _mm_min_ps(a, b); }

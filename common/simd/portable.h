@@ -93,6 +93,23 @@ LOCKSTEP_INLINE Records load_records(const float* records, const std::int32_t* i
   return r;
 }
 
+struct Quads {
+  floatv field[4];
+};
+
+LOCKSTEP_INLINE Quads load_quads(const float* records, const std::int32_t* index) {
+  Quads r;
+  for (int l = 0; l < lanes; ++l)
+    for (int f = 0; f < 4; ++f) r.field[f].lane[l] = records[4 * index[l] + f];
+  return r;
+}
+
+LOCKSTEP_INLINE void store_quads(float* records, const std::int32_t* index, Quads quads, maskv mask) {
+  for (int l = 0; l < lanes; ++l)
+    if (mask.lane[l])
+      for (int f = 0; f < 4; ++f) records[4 * index[l] + f] = quads.field[f].lane[l];
+}
+
 LOCKSTEP_INLINE floatv gather(const float* base, intv index) {
   return float_lanes([&](int l) { return base[index.lane[l]]; });
 }
@@ -255,6 +272,42 @@ LOCKSTEP_INLINE V compress_lanes(maskv mask, V v) {
 }
 LOCKSTEP_INLINE floatv compress(maskv mask, floatv v) { return compress_lanes(mask, v); }
 LOCKSTEP_INLINE intv compress(maskv mask, intv v) { return compress_lanes(mask, v); }
+
+LOCKSTEP_INLINE void transpose(floatv (&row)[lanes]) {
+  for (int i = 0; i < lanes; ++i)
+    for (int j = 0; j < i; ++j) {
+      const float x = row[i].lane[j];
+      row[i].lane[j] = row[j].lane[i];
+      row[j].lane[i] = x;
+    }
+}
+
+struct Halves {
+  floatv first, second;
+};
+
+// Where in the row of 32 lane l of `first` stands.
+template <int G>
+LOCKSTEP_INLINE int place_in_row(int l) {
+  return l / G * 2 * G + l % G;
+}
+
+template <int G>
+LOCKSTEP_INLINE Halves split(floatv a, floatv b) {
+  const auto row = [&](int k) { return k < lanes ? a.lane[k] : b.lane[k - lanes]; };
+  return {float_lanes([&](int l) { return row(place_in_row<G>(l)); }), float_lanes([&](int l) { return row(place_in_row<G>(l) + G); })};
+}
+
+template <int G>
+LOCKSTEP_INLINE void join(Halves halves, floatv& a, floatv& b) {
+  float row[2 * lanes];
+  for (int l = 0; l < lanes; ++l) {
+    row[place_in_row<G>(l)] = halves.first.lane[l];
+    row[place_in_row<G>(l) + G] = halves.second.lane[l];
+  }
+  a = load(row);
+  b = load(row + lanes);
+}
 
 template <class V, class Combine>
 LOCKSTEP_INLINE auto reduce_lanes(V v, Combine combine) {
