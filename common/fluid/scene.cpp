@@ -1,113 +1,18 @@
 #include "common/fluid/scene.h"
 
-#include <toml++/toml.h>
-
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <initializer_list>
 #include <limits>
-#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "common/fluid/file.h"
 #include "common/fluid/limits.h"
-#include "common/input_error.h"
-#include "common/input_file.h"
+#include "common/toml.h"
 
 namespace lockstep::fluid {
 namespace {
-
-// --- TOML, with every mistake reported where it stands
-
-// Far beyond any scene; the squares of such numbers still fit a float.
-constexpr double largest = 1e18;
-
-std::string position(const toml::source_region& source) {
-  return *source.path + ':' + std::to_string(source.begin.line) + ':' + std::to_string(source.begin.column);
-}
-
-[[noreturn]] void refuse(const toml::source_region& source, const std::string& message) {
-  throw InputError(position(source) + ": " + message);
-}
-
-[[noreturn]] void refuse_value(const toml::node& value, std::string_view key, std::string_view expected) {
-  refuse(value.source(), std::string(key) + ": expected " + std::string(expected));
-}
-
-// Every key of the table is one of these, and the required ones are there.
-using Keys = std::initializer_list<std::string_view>;
-void check_keys(const toml::table& table, Keys required, Keys optional) {
-  for (const auto& [key, value] : table) {
-    std::string known;
-    bool found = false;
-    for (const auto& keys : {required, optional})
-      for (const std::string_view k : keys) {
-        found |= key.str() == k;
-        known += (known.empty() ? "" : ", ") + std::string(k);
-      }
-    if (!found) refuse(key.source(), "unknown key " + std::string(key.str()) + ", expected one of: " + known);
-  }
-  for (const std::string_view k : required)
-    if (!table.contains(k)) refuse(table.source(), std::string(k) + " is missing");
-}
-
-// A finite number, written as an integer or a float.
-std::optional<double> as_number(const toml::node& value) {
-  const auto x = value.is_integer() ? static_cast<double>(value.as_integer()->get()) : value.value_exact<double>();
-  return x && std::abs(*x) <= largest ? x : std::nullopt;
-}
-
-// The readers below give nothing where the key is absent, and refuse any value but the expected.
-
-template <class Valid>
-std::optional<double> number(const toml::table& table, std::string_view key, std::string_view expected, Valid valid) {
-  const toml::node* value = table.get(key);
-  if (!value) return std::nullopt;
-  const std::optional<double> x = as_number(*value);
-  if (!x || !valid(*x)) refuse_value(*value, key, expected);
-  return x;
-}
-
-std::optional<Vector3<double>> vector(const toml::table& table, std::string_view key, std::string_view unit) {
-  const toml::node* value = table.get(key);
-  if (!value) return std::nullopt;
-  const std::string expected = "three finite numbers [x, y, z] in " + std::string(unit);
-  const toml::array* array = value->as_array();
-  if (!array || array->size() != 3) refuse_value(*value, key, expected);
-  const auto component = [&](int axis) {
-    const std::optional<double> x = as_number((*array)[axis]);
-    if (!x) refuse_value((*array)[axis], key, expected);
-    return *x;
-  };
-  return Vector3<double>{component(0), component(1), component(2)};
-}
-
-std::optional<std::int64_t> whole(const toml::table& table, std::string_view key, std::int64_t min, std::int64_t max) {
-  const toml::node* value = table.get(key);
-  if (!value) return std::nullopt;
-  const std::optional<std::int64_t> x = value->value_exact<std::int64_t>();
-  if (!x || *x < min || *x > max) refuse_value(*value, key, "a whole number from " + std::to_string(min) + " to " + std::to_string(max));
-  return x;
-}
-
-std::optional<bool> truth(const toml::table& table, std::string_view key) {
-  const toml::node* value = table.get(key);
-  if (!value) return std::nullopt;
-  const std::optional<bool> x = value->value_exact<bool>();
-  if (!x) refuse_value(*value, key, "true or false");
-  return x;
-}
-
-toml::table parse(const std::string& path) {
-  std::ifstream in = open_input(path);
-  try {
-    return toml::parse(in, path);
-  } catch (const toml::parse_error& error) {
-    refuse(error.source(), std::string(error.description()));
-  }
-}
 
 // --- Blocks of particles
 
@@ -134,15 +39,12 @@ Block read_block(const toml::table& table, double particles_per_metre) {
 }
 
 std::vector<Block> read_blocks(const toml::table& scene, const Model<double>& model) {
-  const toml::array* tables = scene.get_as<toml::array>("block");
-  if (!tables || tables->empty()) refuse_value(*scene.get("block"), "block", "one or more tables [[block]]");
   std::vector<Block> blocks;
   double count = 0;
-  for (const toml::node& table : *tables) {
-    if (!table.is_table()) refuse_value(table, "block", "a table [[block]]");
-    const Block block = read_block(*table.as_table(), model.particles_per_metre);
+  for (const toml::table* table : subtables(scene, "block")) {
+    const Block block = read_block(*table, model.particles_per_metre);
     count += block.count();
-    require_size(model, count, position(table.source()));
+    require_size(model, count, position(table->source()));
     blocks.push_back(block);
   }
   return blocks;
@@ -184,19 +86,17 @@ Particles<float> make_particles(const std::vector<Block>& blocks, std::uint64_t 
 // --- Scenes
 
 Holds read_holds(const toml::table& scene) {
-  const toml::node* value = scene.get("holds");
-  if (!value) return {};
-  if (!value->is_table()) refuse_value(*value, "holds", "a table [holds]");
-  const toml::table& table = *value->as_table();
-  check_keys(table, {}, {"momentum_conserved", "inside_domain", "lattice_density", "energy_falls_after"});
-  return {.momentum_conserved = truth(table, "momentum_conserved").value_or(false),
-          .inside_domain = truth(table, "inside_domain").value_or(false),
-          .lattice_density = truth(table, "lattice_density").value_or(false),
-          .energy_falls_after = whole(table, "energy_falls_after", 0, std::numeric_limits<int>::max())};
+  const toml::table* table = subtable(scene, "holds");
+  if (!table) return {};
+  check_keys(*table, {}, {"momentum_conserved", "inside_domain", "lattice_density", "energy_falls_after"});
+  return {.momentum_conserved = truth(*table, "momentum_conserved").value_or(false),
+          .inside_domain = truth(*table, "inside_domain").value_or(false),
+          .lattice_density = truth(*table, "lattice_density").value_or(false),
+          .energy_falls_after = whole(*table, "energy_falls_after", 0, std::numeric_limits<int>::max())};
 }
 
 Scene load_toml(const std::string& name, const std::string& path) {
-  const toml::table scene = parse(path);
+  const toml::table scene = parse_toml(path);
   check_keys(scene, {"kind", "particles_per_metre", "block"}, {"frames", "walls", "gravity", "seed", "holds"});
   if (scene.get("kind")->value_exact<std::string>() != "fluid") refuse_value(*scene.get("kind"), "kind", "\"fluid\"");
 

@@ -1,0 +1,58 @@
+// Scenes in TOML, with every mistake reported where it stands: `file:line:column: what was expected`.
+#pragma once
+
+#include <toml++/toml.h>
+
+#include <concepts>
+#include <cstdint>
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/vector3.h"
+
+namespace lockstep {
+
+// The file as a table. Throws InputError where it cannot be read or is not TOML.
+toml::table parse_toml(const std::string& path);
+
+// file:line:column
+std::string position(const toml::source_region& source);
+
+// Throw InputError.
+[[noreturn]] void refuse(const toml::source_region& source, const std::string& message);
+[[noreturn]] void refuse_value(const toml::node& value, std::string_view key, std::string_view expected);
+
+// Refuses any key but these, and a table without the required ones.
+using Keys = std::initializer_list<std::string_view>;
+void check_keys(const toml::table& table, Keys required, Keys optional);
+
+// A number, written as an integer or a float, unless it is not finite or of more than 1e18: far beyond any scene, and its square
+// still fits a float.
+std::optional<double> as_number(const toml::node& value);
+
+// The readers below give nothing where the key is absent, and refuse any value but the expected.
+
+template <std::predicate<double> Valid>
+std::optional<double> number(const toml::table& table, std::string_view key, std::string_view expected, Valid valid) {
+  const toml::node* value = table.get(key);
+  if (!value) return std::nullopt;
+  const std::optional<double> x = as_number(*value);
+  if (!x || !valid(*x)) refuse_value(*value, key, expected);
+  return x;
+}
+
+std::optional<std::int64_t> whole(const toml::table& table, std::string_view key, std::int64_t min, std::int64_t max);
+std::optional<bool> truth(const toml::table& table, std::string_view key);
+std::optional<std::string> text(const toml::table& table, std::string_view key);
+std::optional<Vector3<double>> vector(const toml::table& table, std::string_view key, std::string_view unit);
+
+// The table [key], or null.
+const toml::table* subtable(const toml::table& table, std::string_view key);
+
+// The tables [[key]]; where there is the key, there is at least one.
+std::vector<const toml::table*> subtables(const toml::table& table, std::string_view key);
+
+}  // namespace lockstep
