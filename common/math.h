@@ -13,6 +13,13 @@ inline double min(double a, double b) { return a < b ? a : b; }
 inline float max(float a, float b) { return a > b ? a : b; }
 inline double max(double a, double b) { return a > b ? a : b; }
 
+// mask ? a : b; both are computed.
+inline float select(bool mask, float a, float b) { return mask ? a : b; }
+inline double select(bool mask, double a, double b) { return mask ? a : b; }
+
+inline float abs(float a) { return std::abs(a); }
+inline double abs(double a) { return std::abs(a); }
+
 inline float sqrt(float a) { return std::sqrt(a); }
 inline double sqrt(double a) { return std::sqrt(a); }
 

@@ -1,0 +1,109 @@
+// The whole state of a game cloth: particles, what ties them together, what blows at them and what they must stay out of.
+//
+// A cloth is a sheet (particles on a grid of rows and columns, a rope being one row) or a triangle mesh. Both keep the same
+// lists of constraints and triangles; a sheet's regular ties can be walked without them, which is what lanes need.
+//
+// Source: [Jakobsen 2001]; [LRB08] "Cloth Simulation"; [ITJ07] "Game Cloth".
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "common/vector3.h"
+
+namespace lockstep::cloth {
+
+// What a step is made of. Units: m, kg, s.
+template <class Real>
+struct Model {
+  Real time_step;         // s, of a substep: what Verlet advances by
+  int substeps;           // a step, each verlet, relax, collide
+  int iterations;         // of the relaxation, a substep
+  Vector3<Real> gravity;  // m/s^2
+  Vector3<Real> wind;     // m/s, the velocity of the air
+  Real drag;              // kg/m^3: air density times drag coefficient; 0 for no air
+  Real kept_velocity;     // 0 .. 1: what a substep leaves of a particle's velocity
+};
+
+// The grid of a sheet. Particle (row, column) stands at index row * pitch + column of every array; rows are padded to whole
+// vectors by particles that nothing moves (inverse mass 0, at the origin). A mesh has rows = 0.
+struct Sheet {
+  int rows = 0, columns = 0, pitch = 0;
+
+  int index(int row, int column) const { return row * pitch + column; }
+};
+
+// Constraints of one kind between particles of a sheet: each ties particle (r, c) to (r + down, c + right), wherever both are.
+template <class Real>
+struct Family {
+  int down, right;
+  Real rest_2;  // m^2: the square of the distance they keep
+};
+
+// Colours of a family's constraints: 0 or 1 by the row they begin in, or, where they stay in their row, by the column. The colour
+// changes after as many rows (columns) as they reach, so that no two of one colour share a particle.
+inline constexpr int every_colour = -1;
+
+// Distance constraints as a list: constraint k keeps particles a[k] and b[k] at the distance whose square is rest_2[k].
+template <class Real>
+struct Constraints {
+  Array<std::int32_t> a, b;
+  Array<Real> rest_2;  // m^2, > 0
+  int count = 0;
+};
+
+struct Triangle {
+  std::int32_t a, b, c;
+};
+
+// Solid bodies, which do not move. Inside means nearer than `thickness` to them, which the loader has added to their sizes.
+template <class Real>
+struct Plane {
+  Vector3<Real> normal;  // of length 1
+  Real offset;           // m: inside is normal . x < offset
+};
+template <class Real>
+struct Capsule {  // a sphere where from = to
+  Vector3<Real> from, to;
+  Real radius;
+};
+template <class Real>
+struct Box {
+  Vector3<Real> centre;
+  Vector3<Real> half;                 // m
+  std::array<Vector3<Real>, 3> axis;  // orthogonal, of length 1: along which half.x, half.y, half.z extend
+};
+template <class Real>
+struct Bodies {
+  std::vector<Plane<Real>> planes;
+  std::vector<Capsule<Real>> capsules;
+  std::vector<Box<Real>> boxes;
+  Real friction = 0;  // Coulomb's coefficient of all of them
+};
+
+// Owns everything; one thread of control at a time may step it.
+template <class Real>
+struct Cloth {
+  Model<Real> model;
+  Bodies<Real> bodies;
+
+  int count = 0;             // particles, a sheet's padding among them
+  Vectors<Real> position;    // m
+  Vectors<Real> previous;    // m: the positions one substep ago, which are what velocity is kept in
+  Array<Real> inverse_mass;  // 1/kg; 0 for a pinned particle, which nothing moves
+  Vectors<Real> force;       // N: scratch of verlet, room for each triangle, of a sheet for 2 (rows + 1) (pitch + 16)
+
+  Sheet sheet;
+  std::vector<Family<Real>> families;  // of a sheet, in the order of the passes: vertical, horizontal, diagonal
+
+  Constraints<Real> constraints;  // in their original order: of a sheet left to right and top to bottom
+  Constraints<Real> batched;      // the same constraints, batch by batch: those of a batch share no particle that moves
+  std::vector<int> batch_begin;   // [batch], and one more: where its constraints begin in `batched`
+
+  std::vector<Triangle> triangles;
+  std::vector<int> corner_begin;  // [particle], and one more: where its corners begin in `corner`
+  std::vector<int> corner;        // the triangles that a particle is a corner of, in their order
+};
+
+}  // namespace lockstep::cloth

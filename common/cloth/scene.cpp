@@ -1,0 +1,259 @@
+#include "common/cloth/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <numbers>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "common/cloth/limits.h"
+#include "common/cloth/make.h"
+#include "common/cloth/obj.h"
+#include "common/toml.h"
+
+namespace lockstep::cloth {
+namespace {
+
+constexpr int most = std::numeric_limits<int>::max();
+
+std::optional<double> positive(const toml::table& table, std::string_view key, std::string_view unit) {
+  return number(table, key, "a number from 1e-9 to 1e9" + std::string(unit), [](double x) { return x >= smallest && x <= largest; });
+}
+
+double not_negative(const toml::table& table, std::string_view key, std::string_view unit) {
+  return number(table, key, "a number from 0 to 1e9" + std::string(unit), [](double x) { return x >= 0 && x <= largest; }).value_or(0);
+}
+
+Model<double> read_model(const toml::table& scene) {
+  const int substeps = static_cast<int>(whole(scene, "substeps", 1, 1'000'000).value_or(1));
+  const double time_step =
+      number(scene, "time_step", "a number from 1e-6 to 1, in s", [](double x) { return x >= 1e-6 && x <= 1; }).value_or(1. / 60) /
+      substeps;
+  return {.time_step = time_step,
+          .substeps = substeps,
+          .iterations = static_cast<int>(whole(scene, "iterations", 0, most).value_or(20)),
+          .gravity = vector(scene, "gravity", "m/s^2").value_or(Vector3<double>{0, -9.81, 0}),
+          .wind = vector(scene, "wind", "m/s").value_or(Vector3<double>{0, 0, 0}),
+          .drag = not_negative(scene, "drag", ", in kg/m^3"),
+          .kept_velocity = std::exp(-not_negative(scene, "damping", ", in 1/s") * time_step)};
+}
+
+// --- Bodies
+
+Plane<double> read_plane(const toml::table& table) {
+  check_keys(table, {"normal", "point"}, {});
+  const Vector3<double> n = *vector(table, "normal", "any unit"), p = *vector(table, "point", "m");
+  const double length = std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
+  if (!(length >= smallest)) refuse_value(*table.get("normal"), "normal", "a direction, not zero");
+  const Vector3<double> normal = {n.x / length, n.y / length, n.z / length};
+  return {.normal = normal, .offset = normal.x * p.x + normal.y * p.y + normal.z * p.z};
+}
+
+Capsule<double> read_sphere(const toml::table& table) {
+  check_keys(table, {"centre", "radius"}, {});
+  const Vector3<double> centre = *vector(table, "centre", "m");
+  return {.from = centre, .to = centre, .radius = *positive(table, "radius", ", in m")};
+}
+
+Capsule<double> read_capsule(const toml::table& table) {
+  check_keys(table, {"from", "to", "radius"}, {});
+  return {.from = *vector(table, "from", "m"), .to = *vector(table, "to", "m"), .radius = *positive(table, "radius", ", in m")};
+}
+
+// Where the axes come to lie that are turned about x, then y, then z.
+std::array<Vector3<double>, 3> turned_axes(Vector3<double> degrees) {
+  const auto sine_and_cosine = [](double angle) {
+    const double radians = angle * (std::numbers::pi / 180);
+    return std::pair(std::sin(radians), std::cos(radians));
+  };
+  const auto [sx, cx] = sine_and_cosine(degrees.x);
+  const auto [sy, cy] = sine_and_cosine(degrees.y);
+  const auto [sz, cz] = sine_and_cosine(degrees.z);
+  return {Vector3<double>{cz * cy, sz * cy, -sy},
+          {cz * sy * sx - sz * cx, sz * sy * sx + cz * cx, cy * sx},
+          {cz * sy * cx + sz * sx, sz * sy * cx - cz * sx, cy * cx}};
+}
+
+Box<double> read_box(const toml::table& table) {
+  check_keys(table, {"centre", "half"}, {"turn"});
+  const Vector3<double> half = *vector(table, "half", "m");
+  for (const double length : {half.x, half.y, half.z})
+    if (!(length >= smallest && length <= largest)) refuse_value(*table.get("half"), "half", "three numbers from 1e-9 to 1e9, in m");
+  return {.centre = *vector(table, "centre", "m"),
+          .half = half,
+          .axis = turned_axes(vector(table, "turn", "degrees").value_or(Vector3<double>{0, 0, 0}))};
+}
+
+Bodies<double> read_bodies(const toml::table& scene) {
+  Bodies<double> bodies;
+  for (const toml::table* table : subtables(scene, "plane")) bodies.planes.push_back(read_plane(*table));
+  for (const toml::table* table : subtables(scene, "sphere")) bodies.capsules.push_back(read_sphere(*table));
+  for (const toml::table* table : subtables(scene, "capsule")) bodies.capsules.push_back(read_capsule(*table));
+  for (const toml::table* table : subtables(scene, "box")) bodies.boxes.push_back(read_box(*table));
+  bodies.friction = not_negative(scene, "friction", "");
+  return bodies;
+}
+
+// Bodies that keep a cloth of this thickness off their surfaces.
+Bodies<double> thickened(Bodies<double> bodies, double thickness) {
+  for (Plane<double>& plane : bodies.planes) plane.offset += thickness;
+  for (Capsule<double>& capsule : bodies.capsules) capsule.radius += thickness;
+  for (Box<double>& box : bodies.boxes) box.half = {box.half.x + thickness, box.half.y + thickness, box.half.z + thickness};
+  return bodies;
+}
+
+// --- Sheets
+
+// The particles of an edge or a corner, numbered row * columns + column, by its name; none by another name.
+std::vector<int> named_particles(std::string_view name, int rows, int columns) {
+  struct Part {
+    std::string_view name;
+    int first_row, last_row, first_column, last_column;
+  };
+  const int r = rows - 1, c = columns - 1;
+  const Part parts[] = {
+      {"top", 0, 0, 0, c},      {"bottom", r, r, 0, c},    {"left", 0, r, 0, 0},        {"right", 0, r, c, c},
+      {"top_left", 0, 0, 0, 0}, {"top_right", 0, 0, c, c}, {"bottom_left", r, r, 0, 0}, {"bottom_right", r, r, c, c},
+  };
+  std::vector<int> particles;
+  for (const Part& part : parts)
+    if (part.name == name)
+      for (int row = part.first_row; row <= part.last_row; ++row)
+        for (int column = part.first_column; column <= part.last_column; ++column) particles.push_back(row * columns + column);
+  return particles;
+}
+
+std::vector<int> read_pin(const toml::node& pin, int rows, int columns) {
+  const toml::array* pair = pin.as_array();
+  if (pair && pair->size() == 2) {
+    const auto row = (*pair)[0].value_exact<std::int64_t>(), column = (*pair)[1].value_exact<std::int64_t>();
+    if (row && *row >= 0 && *row < rows && column && *column >= 0 && *column < columns) return {static_cast<int>(*row * columns + *column)};
+  }
+  const std::vector<int> particles = named_particles(pin.value_exact<std::string>().value_or(""), rows, columns);
+  if (particles.empty())
+    refuse_value(
+        pin, "pins",
+        "an edge (\"top\", \"bottom\", \"left\", \"right\"), a corner (\"top_left\", ...) or [row, column] of a particle, [0, 0] to [" +
+            std::to_string(rows - 1) + ", " + std::to_string(columns - 1) + ']');
+  return particles;
+}
+
+std::vector<int> read_pins(const toml::table& table, int rows, int columns) {
+  const toml::node* value = table.get("pins");
+  if (!value) return {};
+  if (!value->is_array()) refuse_value(*value, "pins", "a list of edges, corners and particles [row, column]");
+  std::vector<int> pinned;
+  for (const toml::node& pin : *value->as_array()) {
+    const std::vector<int> particles = read_pin(pin, rows, columns);
+    pinned.insert(pinned.end(), particles.begin(), particles.end());
+  }
+  return pinned;
+}
+
+// An edge that is moved away at the start.
+struct Pull {
+  std::vector<int> particles;  // row * columns + column
+  Vector3<double> by;          // m
+};
+
+Pull read_pull(const toml::table& table, int rows, int columns) {
+  const toml::node* value = table.get("pull");
+  if (!value) return {};
+  const toml::table* pull = value->as_table();
+  if (!pull) refuse_value(*value, "pull", "{ edge = ..., by = [x, y, z] }");
+  check_keys(*pull, {"edge", "by"}, {});
+  const std::string edge = text(*pull, "edge").value_or("");
+  if (edge != "top" && edge != "bottom" && edge != "left" && edge != "right")
+    refuse_value(*pull->get("edge"), "edge", "\"top\", \"bottom\", \"left\" or \"right\"");
+  return {.particles = named_particles(edge, rows, columns), .by = *vector(*pull, "by", "m")};
+}
+
+Cloth<double> load_sheet(const toml::table& table, const Model<double>& model, const Bodies<double>& bodies) {
+  check_keys(table, {"rows", "columns", "origin", "width", "height", "mass"}, {"bending", "pins", "pull"});
+  const std::string where = position(table.source());
+  const int rows = static_cast<int>(*whole(table, "rows", 1, most)), columns = static_cast<int>(*whole(table, "columns", 1, most));
+  require_sheet_size(rows, columns, where);
+
+  // From one particle to the next along a side of the sheet.
+  const auto spacing = [&](std::string_view side, int particles) -> Vector3<double> {
+    const Vector3<double> v = *vector(table, side, "m");
+    const int spacings = std::max(1, particles - 1);
+    return {v.x / spacings, v.y / spacings, v.z / spacings};
+  };
+  SheetPlan plan{.rows = rows,
+                 .columns = columns,
+                 .origin = *vector(table, "origin", "m"),
+                 .across = spacing("width", columns),
+                 .down = spacing("height", rows),
+                 .mass = *positive(table, "mass", ", in kg"),
+                 .bending = truth(table, "bending").value_or(false),
+                 .pinned = read_pins(table, rows, columns)};
+  const Pull pull = read_pull(table, rows, columns);
+  plan.pinned.insert(plan.pinned.end(), pull.particles.begin(), pull.particles.end());
+
+  Cloth<double> cloth = make_sheet(model, bodies, plan);
+  require_lengths(cloth, where);
+  for (const int particle : pull.particles) {
+    const int i = cloth.sheet.index(particle / columns, particle % columns);
+    for (Vectors<double>* points : {&cloth.position, &cloth.previous})
+      points->x[i] += pull.by.x, points->y[i] += pull.by.y, points->z[i] += pull.by.z;
+  }
+  return cloth;
+}
+
+// --- Meshes
+
+Cloth<double> load_mesh(const toml::table& table, const std::string& scene_path, const Model<double>& model, const Bodies<double>& bodies) {
+  check_keys(table, {"file", "mass"}, {"scale", "bending", "pins_above"});
+  const std::string path = std::filesystem::path(scene_path).replace_filename(*text(table, "file")).string();
+  const double scale = positive(table, "scale", "").value_or(1);
+  const double mass = *positive(table, "mass", ", in kg");
+  const bool bending = truth(table, "bending").value_or(false);
+  const std::optional<double> pins_above = number(table, "pins_above", "a finite number, in m", [](double) { return true; });
+
+  Mesh mesh = read_obj(path);
+  std::vector<int> triangles_around(mesh.points.size()), pinned;
+  for (const Triangle& t : mesh.triangles)
+    for (const int i : {t.a, t.b, t.c}) ++triangles_around[i];
+  require_mesh_size(mesh.points.size(), mesh.triangles.size(), *std::ranges::max_element(triangles_around), path);
+  for (Vector3<double>& p : mesh.points) {
+    p = {scale * p.x, scale * p.y, scale * p.z};
+    if (pins_above && p.y > *pins_above) pinned.push_back(static_cast<int>(&p - mesh.points.data()));
+  }
+  Cloth<double> cloth = make_mesh(model, bodies,
+                                  {.points = std::move(mesh.points),
+                                   .triangles = std::move(mesh.triangles),
+                                   .mass = mass,
+                                   .bending = bending,
+                                   .pinned = std::move(pinned)});
+  require_lengths(cloth, path);
+  return cloth;
+}
+
+}  // namespace
+
+Scene load_scene(const std::string& path) {
+  const toml::table scene = parse_toml(path);
+  check_keys(scene, {"kind"},
+             {"frames", "time_step", "substeps", "iterations", "gravity", "wind", "drag", "damping", "friction", "thickness", "sheet",
+              "mesh", "plane", "sphere", "capsule", "box"});
+  if (scene.get("kind")->value_exact<std::string>() != "cloth") refuse_value(*scene.get("kind"), "kind", "\"cloth\"");
+  const int frames = static_cast<int>(whole(scene, "frames", 1, most).value_or(300));
+  const Model<double> model = read_model(scene);
+  const Bodies<double> bodies = read_bodies(scene);
+  const Bodies<double> kept_off = thickened(bodies, not_negative(scene, "thickness", ", in m"));
+  const toml::table *sheet = subtable(scene, "sheet"), *mesh = subtable(scene, "mesh");
+  if (!sheet && !mesh) refuse(scene.source(), "sheet or mesh is missing");
+  if (sheet && mesh) refuse_value(*mesh, "mesh", "either [sheet] or [mesh]");
+  return {.name = std::filesystem::path(path).stem().string(),
+          .path = path,
+          .cloth = sheet ? load_sheet(*sheet, model, kept_off) : load_mesh(*mesh, path, model, kept_off),
+          .bodies = bodies,
+          .frames = frames};
+}
+
+}  // namespace lockstep::cloth

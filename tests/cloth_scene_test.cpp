@@ -1,0 +1,499 @@
+// Scenes of the game cloth, meshes and frames: those of the repository load, and a bad one is refused in one line that says where.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+
+#include "common/cloth/limits.h"
+#include "common/cloth/make.h"
+#include "common/cloth/obj.h"
+#include "common/cloth/scene.h"
+#include "common/cloth/vtk.h"
+#include "common/scene.h"
+#include "tests/temporary_folder.h"
+
+namespace lockstep::cloth {
+namespace {
+
+struct ClothSceneTest : TemporaryFolder {
+  Scene load(const std::string& toml) const {
+    write_bytes(path("a.toml"), toml);
+    return load_scene(path("a.toml"));
+  }
+  // The message without the folder: "a.toml:line:column: ...".
+  std::string error(const std::string& toml) const {
+    return without_folder(error_of([&] { load(toml); }));
+  }
+
+  Mesh read(const std::string& obj) const {
+    write_bytes(path("a.obj"), obj);
+    return read_obj(path("a.obj"));
+  }
+  std::string obj_error(const std::string& obj) const {
+    return without_folder(error_of([&] { read(obj); }));
+  }
+
+  std::string without_folder(const std::string& message) const {
+    EXPECT_EQ(message.rfind(folder, 0), 0u) << message;
+    return message.substr(std::min(message.size(), folder.size() + 1));
+  }
+};
+
+const std::string head = "kind = \"cloth\"\n";
+const std::string sheet = "[sheet]\nrows = 3\ncolumns = 5\norigin = [1, 2, 3]\nwidth = [4, 0, 0]\nheight = [0, -1, 0]\nmass = 0.3\n";
+const std::string mesh = "[mesh]\nfile = \"a.obj\"\nmass = 0.3\n";
+
+// Points 1 2 3 4 of a unit square, around it.
+const std::string square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+std::vector<int> pinned(const Cloth<double>& cloth) {
+  std::vector<int> particles;
+  for (int r = 0; r < cloth.sheet.rows; ++r)
+    for (int c = 0; c < cloth.sheet.columns; ++c)
+      if (cloth.inverse_mass[cloth.sheet.index(r, c)] == 0) particles.push_back(r * cloth.sheet.columns + c);
+  return particles;
+}
+
+// --- Scenes. Run from the root of the repository, as `make test` does.
+
+TEST(ClothScenes, OfTheRepositoryLoad) {
+  const std::map<std::string, std::pair<int, int>> sizes{
+      {"flag_128", {128, 128}},
+      {"flag_256", {256, 256}},
+      {"flag_128_substeps", {128, 128}},
+      {"flag_33", {33, 47}},
+      {"tiny", {5, 5}},
+      {"curtain", {64, 97}},
+      {"sheet_on_sphere", {80, 80}},
+      {"sheet_over_box_and_capsule", {64, 96}},
+      {"pulled_edge", {64, 64}},
+      {"rope", {1, 33}},
+      {"garment", {0, 0}},
+  };
+  std::map<std::string, std::pair<int, int>> found;
+  for (const auto& file : std::filesystem::directory_iterator("scenes/cloth")) {
+    if (file.path().extension() != ".toml") continue;
+    EXPECT_EQ(kind_of_scene(file.path().string()), "cloth");
+    const Scene scene = load_scene(file.path().string());
+    found[scene.name] = {scene.cloth.sheet.rows, scene.cloth.sheet.columns};
+    EXPECT_GT(scene.cloth.constraints.count, 0) << scene.name;
+  }
+  EXPECT_EQ(found, sizes);
+}
+
+TEST_F(ClothSceneTest, GarmentIsWhatItsScriptWrites) {
+  if (std::system("python3 -c '' 2>/dev/null") != 0) GTEST_SKIP() << "no python3";
+  std::filesystem::copy_file("scenes/cloth/garment.py", path("garment.py"));
+  ASSERT_EQ(std::system(("python3 " + path("garment.py")).c_str()), 0);
+  EXPECT_TRUE(read_bytes(path("garment.obj")) == read_bytes("scenes/cloth/garment.obj"));
+}
+
+TEST_F(ClothSceneTest, SaysWhatItSays) {
+  const Scene scene = load(head +
+                           "frames = 7\ntime_step = 0.02\nsubsteps = 4\niterations = 0\ngravity = [1, 2.5, -3]\nwind = [4, 5, 6]\n"
+                           "drag = 1.2\ndamping = 0.5\nfriction = 0.25\n" +
+                           sheet + "bending = true\n");
+  EXPECT_EQ(scene.name, "a");
+  EXPECT_EQ(scene.path, path("a.toml"));
+  EXPECT_EQ(scene.frames, 7);
+  const Model<double>& model = scene.cloth.model;
+  EXPECT_EQ(model.time_step, .005);
+  EXPECT_EQ(model.substeps, 4);
+  EXPECT_EQ(model.iterations, 0);
+  EXPECT_EQ(model.gravity.y, 2.5);
+  EXPECT_EQ(model.wind.z, 6);
+  EXPECT_EQ(model.drag, 1.2);
+  EXPECT_DOUBLE_EQ(model.kept_velocity, std::exp(-.0025));
+  EXPECT_EQ(scene.cloth.bodies.friction, .25);
+  EXPECT_EQ(scene.bodies.friction, .25);
+
+  const Cloth<double>& cloth = scene.cloth;
+  EXPECT_EQ(cloth.sheet.rows, 3);
+  EXPECT_EQ(cloth.sheet.columns, 5);
+  const int last = cloth.sheet.index(2, 4);
+  EXPECT_EQ(cloth.position.x[last], 5);
+  EXPECT_EQ(cloth.position.y[last], 1);
+  EXPECT_EQ(cloth.previous.z[last], 3);
+  EXPECT_DOUBLE_EQ(cloth.inverse_mass[last], 15 / .3);
+  EXPECT_EQ(cloth.families.size(), 6u);
+  EXPECT_EQ(pinned(cloth), std::vector<int>{});
+}
+
+TEST_F(ClothSceneTest, HasDefaults) {
+  const Scene scene = load(head + sheet);
+  EXPECT_EQ(scene.frames, 300);
+  const Model<double>& model = scene.cloth.model;
+  EXPECT_EQ(model.time_step, 1. / 60);
+  EXPECT_EQ(model.substeps, 1);
+  EXPECT_EQ(model.iterations, 20);
+  EXPECT_EQ(model.gravity.y, -9.81);
+  EXPECT_EQ(model.wind.x, 0);
+  EXPECT_EQ(model.drag, 0);
+  EXPECT_EQ(model.kept_velocity, 1);
+  EXPECT_EQ(scene.cloth.bodies.friction, 0);
+  EXPECT_EQ(scene.cloth.families.size(), 4u);
+  EXPECT_TRUE(scene.cloth.bodies.planes.empty() && scene.cloth.bodies.capsules.empty() && scene.cloth.bodies.boxes.empty());
+}
+
+TEST_F(ClothSceneTest, PinsEdgesCornersAndParticles) {
+  const auto of = [&](const std::string& pins) { return pinned(load(head + sheet + "pins = " + pins + '\n').cloth); };
+  using Numbers = std::vector<int>;
+  EXPECT_EQ(of("[]"), Numbers{});
+  EXPECT_EQ(of("[\"top\"]"), (Numbers{0, 1, 2, 3, 4}));
+  EXPECT_EQ(of("[\"bottom\"]"), (Numbers{10, 11, 12, 13, 14}));
+  EXPECT_EQ(of("[\"left\"]"), (Numbers{0, 5, 10}));
+  EXPECT_EQ(of("[\"right\"]"), (Numbers{4, 9, 14}));
+  EXPECT_EQ(of("[\"top_left\", \"top_right\", \"bottom_left\", \"bottom_right\"]"), (Numbers{0, 4, 10, 14}));
+  EXPECT_EQ(of("[[1, 2]]"), (Numbers{7}));
+  EXPECT_EQ(of("[[1, 2], \"left\", \"top_left\", [0, 0], [1, 2]]"), (Numbers{0, 5, 7, 10})) << "pinned twice is pinned";
+}
+
+TEST_F(ClothSceneTest, PullsAnEdgeAndPinsIt) {
+  const Scene still = load(head + sheet), pulled = load(head + sheet + "pull = { edge = \"right\", by = [0.5, 0.25, -1] }\n");
+  EXPECT_EQ(pinned(pulled.cloth), (std::vector<int>{4, 9, 14}));
+  const int moved = pulled.cloth.sheet.index(1, 4), unmoved = pulled.cloth.sheet.index(1, 3);
+  for (const Vectors<double>& points : {pulled.cloth.position, pulled.cloth.previous}) {
+    EXPECT_EQ(points.x[moved], still.cloth.position.x[moved] + .5);
+    EXPECT_EQ(points.y[moved], still.cloth.position.y[moved] + .25);
+    EXPECT_EQ(points.z[moved], still.cloth.position.z[moved] - 1);
+    EXPECT_EQ(points.x[unmoved], still.cloth.position.x[unmoved]);
+  }
+  EXPECT_EQ(pulled.cloth.families[1].rest_2, still.cloth.families[1].rest_2);
+}
+
+TEST_F(ClothSceneTest, MakesBodiesThickerForTheCloth) {
+  const Scene scene = load(head + "thickness = 0.1\n" + sheet +
+                           "[[plane]]\nnormal = [0, 2, 0]\npoint = [7, 3, 7]\n"
+                           "[[sphere]]\ncentre = [1, 2, 3]\nradius = 0.5\n"
+                           "[[capsule]]\nfrom = [0, 0, 0]\nto = [0, 1, 0]\nradius = 0.25\n"
+                           "[[box]]\ncentre = [4, 5, 6]\nhalf = [1, 2, 3]\n"
+                           "[[box]]\ncentre = [4, 5, 6]\nhalf = [1, 2, 3]\nturn = [90, 0, 90]\n");
+  ASSERT_EQ(scene.bodies.planes.size(), 1u);
+  ASSERT_EQ(scene.bodies.capsules.size(), 2u);
+  ASSERT_EQ(scene.bodies.boxes.size(), 2u);
+  EXPECT_EQ(scene.bodies.planes[0].normal.y, 1);
+  EXPECT_EQ(scene.bodies.planes[0].offset, 3);
+  EXPECT_DOUBLE_EQ(scene.cloth.bodies.planes[0].offset, 3.1);
+  EXPECT_EQ(scene.bodies.capsules[0].from.z, scene.bodies.capsules[0].to.z);
+  EXPECT_EQ(scene.bodies.capsules[0].radius, .5);
+  EXPECT_DOUBLE_EQ(scene.cloth.bodies.capsules[0].radius, .6);
+  EXPECT_EQ(scene.bodies.capsules[1].to.y, 1);
+  EXPECT_EQ(scene.bodies.boxes[0].half.z, 3);
+  EXPECT_DOUBLE_EQ(scene.cloth.bodies.boxes[0].half.z, 3.1);
+  EXPECT_EQ(scene.bodies.boxes[0].axis[1].y, 1);
+  // About x, y turns to z and z to -y; then about z, x turns to y and -y to x.
+  const auto [x, y, z] = scene.bodies.boxes[1].axis;
+  EXPECT_NEAR(x.y, 1, 1e-15);
+  EXPECT_NEAR(y.z, 1, 1e-15);
+  EXPECT_NEAR(z.x, 1, 1e-15);
+}
+
+TEST_F(ClothSceneTest, TakesAMesh) {
+  write_bytes(path("a.obj"), square + "f 1 2 3\nf 1 3 4\n");
+  const Cloth<double> cloth = load(head + mesh + "scale = 2\nbending = true\npins_above = 1.5\n").cloth;
+  EXPECT_EQ(cloth.count, 4);
+  EXPECT_EQ(cloth.sheet.rows, 0);
+  EXPECT_EQ(cloth.position.x[2], 2);
+  EXPECT_EQ(cloth.constraints.count, 6 - 1) << "four sides, two diagonals, none between the two pinned";
+  EXPECT_EQ(cloth.inverse_mass[0], 4 / .3);
+  EXPECT_EQ(cloth.inverse_mass[2], 0);
+  EXPECT_EQ(cloth.inverse_mass[3], 0);
+}
+
+TEST_F(ClothSceneTest, KnowsItsKind) {
+  const auto kind = [&](const std::string& toml) {
+    write_bytes(path("a.toml"), toml);
+    return kind_of_scene(path("a.toml"));
+  };
+  EXPECT_EQ(kind("kind = \"fluid\"\n"), "fluid");
+  EXPECT_EQ(kind(head + "whatever = 1\n"), "cloth");
+  EXPECT_EQ(kind_of_scene(path("none.fluid")), "fluid");
+  const auto error = [&](const std::string& toml) { return without_folder(error_of([&] { kind(toml); })); };
+  EXPECT_EQ(error("frames = 1\n"), "a.toml:1:1: kind is missing");
+  EXPECT_EQ(error("frames = 1\nkind = \"sand\"\n"), "a.toml:2:8: kind: expected \"fluid\" or \"cloth\"");
+  EXPECT_EQ(error("kind = 1\n"), "a.toml:1:8: kind: expected \"fluid\" or \"cloth\"");
+  EXPECT_EQ(error("kind = \n").rfind("a.toml:1:", 0), 0u);
+  EXPECT_EQ(without_folder(error_of([&] { kind_of_scene(path("none.toml")); })), "none.toml: cannot be read: No such file or directory");
+}
+
+TEST_F(ClothSceneTest, RefusesWhatIsNoScene) {
+  EXPECT_EQ(error_of([&] { load_scene(path("none.toml")); }), path("none.toml") + ": cannot be read: No such file or directory");
+  EXPECT_EQ(error_of([&] { load_scene(folder); }), folder + ": is a directory, expected a file");
+  EXPECT_EQ(error("kind = cloth\n").rfind("a.toml:1:8: ", 0), 0u);
+  EXPECT_EQ(error("kind = \"fluid\"\n" + sheet), "a.toml:1:8: kind: expected \"cloth\"");
+  EXPECT_EQ(error(sheet), "a.toml:1:1: kind is missing");
+  EXPECT_EQ(error(head), "a.toml:1:1: sheet or mesh is missing");
+  EXPECT_EQ(error(head + sheet + mesh), "a.toml:9:1: mesh: expected either [sheet] or [mesh]");
+  EXPECT_EQ(error(head + "sheet = 1\n"), "a.toml:2:9: sheet: expected a table [sheet]");
+  EXPECT_EQ(error(head + "[[mesh]]\nfile = \"a.obj\"\n"), "a.toml:2:1: mesh: expected a table [mesh]");
+}
+
+TEST_F(ClothSceneTest, RefusesUnknownAndMissingKeys) {
+  EXPECT_EQ(error(head + "frmes = 3\n" + sheet),
+            "a.toml:2:1: unknown key frmes, expected one of: kind, frames, time_step, substeps, iterations, gravity, wind, drag, damping, "
+            "friction, thickness, sheet, mesh, plane, sphere, capsule, box");
+  EXPECT_EQ(error(head + sheet + "bend = true\n"),
+            "a.toml:9:1: unknown key bend, expected one of: rows, columns, origin, width, height, mass, bending, pins, pull");
+  EXPECT_EQ(error(head + "[sheet]\nrows = 1\n"), "a.toml:2:1: columns is missing");
+  EXPECT_EQ(error(head + mesh + "bend = true\n"), "a.toml:5:1: unknown key bend, expected one of: file, mass, scale, bending, pins_above");
+  EXPECT_EQ(error(head + "[mesh]\nmass = 1\n"), "a.toml:2:1: file is missing");
+  EXPECT_EQ(error(head + "[mesh]\nfile = \"a.obj\"\n"), "a.toml:2:1: mass is missing");
+  EXPECT_EQ(error(head + sheet + "pull = { edge = \"top\" }\n"), "a.toml:9:8: by is missing");
+  EXPECT_EQ(error(head + sheet + "[[sphere]]\ncentre = [0, 0, 0]\n"), "a.toml:9:1: radius is missing");
+  EXPECT_EQ(error(head + sheet + "[[box]]\nsize = 1\n"), "a.toml:10:1: unknown key size, expected one of: centre, half, turn");
+}
+
+TEST_F(ClothSceneTest, RefusesWrongValues) {
+  const auto with = [&](const std::string& line) { return error(head + line + '\n' + sheet); };
+  for (const char* value : {"0", "-1", "1e-7", "2", "nan", "inf", "\"1\"", "true"})
+    EXPECT_EQ(with("time_step = " + std::string(value)), "a.toml:2:13: time_step: expected a number from 1e-6 to 1, in s");
+  for (const char* value : {"0", "-1", "1.0", "2147483648", "\"1\""})
+    EXPECT_EQ(with("frames = " + std::string(value)), "a.toml:2:10: frames: expected a whole number from 1 to 2147483647");
+  EXPECT_EQ(with("substeps = 0"), "a.toml:2:12: substeps: expected a whole number from 1 to 1000000");
+  EXPECT_EQ(with("iterations = -1"), "a.toml:2:14: iterations: expected a whole number from 0 to 2147483647");
+  EXPECT_EQ(with("gravity = -9.81"), "a.toml:2:11: gravity: expected three finite numbers [x, y, z] in m/s^2");
+  EXPECT_EQ(with("wind = [0, nan, 0]"), "a.toml:2:12: wind: expected three finite numbers [x, y, z] in m/s");
+  for (const char* value : {"-1", "nan", "inf", "1e10", "\"1\""}) {
+    EXPECT_EQ(with("drag = " + std::string(value)), "a.toml:2:8: drag: expected a number from 0 to 1e9, in kg/m^3");
+    EXPECT_EQ(with("damping = " + std::string(value)), "a.toml:2:11: damping: expected a number from 0 to 1e9, in 1/s");
+    EXPECT_EQ(with("friction = " + std::string(value)), "a.toml:2:12: friction: expected a number from 0 to 1e9");
+    EXPECT_EQ(with("thickness = " + std::string(value)), "a.toml:2:13: thickness: expected a number from 0 to 1e9, in m");
+  }
+}
+
+TEST_F(ClothSceneTest, RefusesWrongSheets) {
+  // A sheet with one of its lines replaced.
+  const auto with = [&](const std::string& line) {
+    const std::string key = line.substr(0, line.find(' '));
+    const std::size_t begin = sheet.find('\n' + key + " = ") + 1;
+    return error(head + std::string(sheet).replace(begin, sheet.find('\n', begin) - begin, line));
+  };
+  for (const char* value : {"0", "-1", "2.5", "2147483648"})
+    EXPECT_EQ(with("rows = " + std::string(value)), "a.toml:3:8: rows: expected a whole number from 1 to 2147483647");
+  EXPECT_EQ(with("columns = 0"), "a.toml:4:11: columns: expected a whole number from 1 to 2147483647");
+  for (const char* value : {"0", "-0.3", "nan", "inf", "1e-10", "1e10", "\"light\""})
+    EXPECT_EQ(with("mass = " + std::string(value)), "a.toml:8:8: mass: expected a number from 1e-9 to 1e9, in kg");
+  EXPECT_EQ(with("origin = [0, 0]"), "a.toml:5:10: origin: expected three finite numbers [x, y, z] in m");
+
+  const auto apart = [](const std::string& a, const std::string& b, const std::string& metres) {
+    return "a.toml:2:1: particles " + a + " and " + b + " are tied and " + metres + " m apart, expected from 1e-09 to 1000000000";
+  };
+  EXPECT_EQ(with("width = [0, 0, 0]"), apart("[0, 0]", "[0, 1]", "0"));
+  EXPECT_EQ(with("width = [1e-30, 0, 0]"), apart("[0, 0]", "[0, 1]", "2.5e-31"));
+  EXPECT_EQ(with("width = [4e18, 0, 0]").rfind("a.toml:6:10: width: ", 0), 0u);
+  EXPECT_EQ(with("width = [4e17, 0, 0]"), apart("[0, 0]", "[0, 1]", "1e+17"));
+  EXPECT_EQ(with("height = [0, 0, 0]"), apart("[0, 0]", "[1, 0]", "0"));
+  EXPECT_EQ(with("height = [2, 0, 0]"), apart("[0, 1]", "[1, 0]", "0")) << "along the width";
+  EXPECT_EQ(error(head + "[sheet]\nrows = 1\ncolumns = 1\norigin = [0, 0, 0]\nwidth = [0, 0, 0]\nheight = [0, 0, 0]\nmass = 1\n"),
+            "a.toml:2:1: a sheet of one particle, expected at least two");
+}
+
+TEST_F(ClothSceneTest, RefusesWrongPins) {
+  const auto with = [&](const std::string& pins) { return error(head + sheet + "pins = " + pins + '\n'); };
+  EXPECT_EQ(with("\"top\""), "a.toml:9:8: pins: expected a list of edges, corners and particles [row, column]");
+  for (const char* pin : {"\"middle\"", "\"\"", "1", "[3, 0]", "[0, 5]", "[-1, 0]", "[0, -1]", "[0.0, 0]", "[0]", "[0, 0, 0]", "[[0, 0]]"})
+    EXPECT_EQ(
+        with("[\"top\", " + std::string(pin) + ']'),
+        "a.toml:9:16: pins: expected an edge (\"top\", \"bottom\", \"left\", \"right\"), a corner (\"top_left\", ...) or [row, column] of "
+        "a particle, [0, 0] to [2, 4]")
+        << pin;
+
+  const auto pull = [&](const std::string& value) { return error(head + sheet + "pull = " + value + '\n'); };
+  EXPECT_EQ(pull("\"right\""), "a.toml:9:8: pull: expected { edge = ..., by = [x, y, z] }");
+  for (const char* edge : {"\"top_left\"", "\"\"", "\"north\""})
+    EXPECT_EQ(pull("{ edge = " + std::string(edge) + ", by = [1, 0, 0] }"),
+              "a.toml:9:17: edge: expected \"top\", \"bottom\", \"left\" or \"right\"");
+  EXPECT_EQ(pull("{ edge = 1, by = [1, 0, 0] }"), "a.toml:9:17: edge: expected text in quotes");
+  EXPECT_EQ(pull("{ edge = \"top\", by = [inf, 0, 0] }"), "a.toml:9:30: by: expected three finite numbers [x, y, z] in m");
+}
+
+TEST_F(ClothSceneTest, RefusesWrongBodies) {
+  const auto with = [&](const std::string& body) { return error(head + sheet + body); };
+  EXPECT_EQ(with("[sphere]\ncentre = [0, 0, 0]\nradius = 1\n"), "a.toml:9:1: sphere: expected one or more tables [[sphere]]");
+  EXPECT_EQ(error(head + "box = [1]\n" + sheet), "a.toml:2:8: box: expected a table [[box]]");
+  EXPECT_EQ(with("[[plane]]\nnormal = [0, 0, 0]\npoint = [0, 0, 0]\n"), "a.toml:10:10: normal: expected a direction, not zero");
+  EXPECT_EQ(with("[[plane]]\nnormal = [0, nan, 0]\npoint = [0, 0, 0]\n"),
+            "a.toml:10:14: normal: expected three finite numbers [x, y, z] in any unit");
+  for (const char* radius : {"0", "-1", "nan", "inf"}) {
+    EXPECT_EQ(with("[[sphere]]\ncentre = [0, 0, 0]\nradius = " + std::string(radius) + '\n'),
+              "a.toml:11:10: radius: expected a number from 1e-9 to 1e9, in m");
+    EXPECT_EQ(with("[[capsule]]\nfrom = [0, 0, 0]\nto = [0, 0, 0]\nradius = " + std::string(radius) + '\n'),
+              "a.toml:12:10: radius: expected a number from 1e-9 to 1e9, in m");
+  }
+  EXPECT_EQ(with("[[box]]\ncentre = [0, 0, 0]\nhalf = [1, 0, 1]\n"), "a.toml:11:8: half: expected three numbers from 1e-9 to 1e9, in m");
+  EXPECT_EQ(with("[[box]]\ncentre = [0, 0, 0]\nhalf = [1, 1, 1]\nturn = 30\n"),
+            "a.toml:12:8: turn: expected three finite numbers [x, y, z] in degrees");
+}
+
+TEST_F(ClothSceneTest, RefusesWhatIsTooBig) {
+  const auto sheet_of = [](const std::string& rows, const std::string& columns) {
+    return head + "[sheet]\nrows = " + rows + "\ncolumns = " + columns +
+           "\norigin = [0, 0, 0]\nwidth = [1, 0, 0]\nheight = [0, 1, 0]\nmass = 1\n";
+  };
+  EXPECT_EQ(error(sheet_of("2147483647", "2147483647")),
+            "a.toml:2:1: 4.611686016e+18 particles, with rows filled up to whole vectors, expected at most 268435456");
+  EXPECT_EQ(error(sheet_of("16777217", "1")),
+            "a.toml:2:1: 268435472 particles, with rows filled up to whole vectors, expected at most 268435456");
+  const Limit limit(RLIMIT_AS, address_space() + 1'000'000'000);
+  const std::string message = error(sheet_of("4000", "4000"));
+  EXPECT_EQ(message.rfind("a.toml:2:1: a sheet of 16000000 particles needs ", 0), 0u) << message;
+}
+
+TEST(ClothMemory, CountsWhatAClothAllocates) {
+  const Scene scene = load_scene("scenes/cloth/flag_33.toml");
+  const auto bytes = [](const auto&... arrays) { return (0. + ... + (arrays.size() * sizeof(arrays[0]))); };
+  const auto bytes_of = [&](const auto& c) {
+    double sum = bytes(c.inverse_mass, c.triangles, c.corner_begin, c.corner);
+    for (const auto& v : {c.position, c.previous, c.force}) sum += bytes(v.x, v.y, v.z);
+    for (const auto& list : {c.constraints, c.batched}) sum += bytes(list.a, list.b, list.rest_2);
+    return sum;
+  };
+  const double kept = bytes_of(scene.cloth) + bytes_of(convert<float>(scene.cloth));
+  const double counted = making_bytes(33 * 48, 6 * 33 * 48, 2 * 34 * 64, 12);
+  EXPECT_LE(kept, counted);
+  EXPECT_GE(kept, counted / 6) << "what is needed in making, too, but not out of all proportion";
+}
+
+// --- Meshes
+
+TEST_F(ClothSceneTest, ReadsTriangles) {
+  const Mesh mesh = read("# a comment\nmtllib none.mtl\no cloth\ng front\n" + square +
+                         "vt 0 0\nvn 0 0 1\nusemtl none\ns 1\nf 1/1/1 2/1/1 3//1\n\n  f -4 -2 -1 \r\n");
+  ASSERT_EQ(mesh.points.size(), 4u);
+  EXPECT_EQ(mesh.points[2].y, 1);
+  ASSERT_EQ(mesh.triangles.size(), 2u);
+  EXPECT_EQ(mesh.triangles[0].c, 2);
+  EXPECT_EQ(mesh.triangles[1].a, 0);
+  EXPECT_EQ(mesh.triangles[1].c, 3);
+}
+
+TEST_F(ClothSceneTest, ReadsNumbersAsTheyAreWritten) {
+  const Mesh mesh = read("v 1.5 -2.5e-3 +.25\r\nv 1 0 0 1\nv\t0 1. 0 0.5 0.5 0.5\nf 1 2 3");
+  EXPECT_DOUBLE_EQ(mesh.points[0].x, 1.5);
+  EXPECT_DOUBLE_EQ(mesh.points[0].y, -.0025);
+  EXPECT_DOUBLE_EQ(mesh.points[0].z, .25);
+}
+
+TEST_F(ClothSceneTest, CutsPolygonsIntoTriangles) {
+  EXPECT_EQ(read(square + "f 1 2 3 4\n").triangles.size(), 2u);
+  EXPECT_EQ(read(square + "v 0.5 2 0\nf 1 2 3 5 4\n").triangles.size(), 3u);
+}
+
+TEST_F(ClothSceneTest, TakesFacesBeforeTheirPoints) { EXPECT_EQ(read("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n").triangles.size(), 1u); }
+
+TEST_F(ClothSceneTest, TakesOpenAndNonManifoldMeshes) {
+  // Three triangles at one edge, and one that hangs by a corner.
+  const std::string obj = square + "v 0.5 0 1\nv 3 0 0\nv 3 1 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\nf 2 6 7\n";
+  EXPECT_EQ(read(obj).triangles.size(), 4u);
+  const Cloth<double> cloth = load(head + mesh + "bending = true\n").cloth;
+  EXPECT_EQ(cloth.constraints.count, 3 + 2 + 2 + 3 + 2);
+}
+
+TEST_F(ClothSceneTest, RefusesWhatIsNoMesh) {
+  EXPECT_EQ(error(head + mesh), "a.obj: cannot be read: No such file or directory");
+  EXPECT_EQ(error(head + "[mesh]\nfile = \"\"\nmass = 1\n"), ": is a directory, expected a file");
+  EXPECT_EQ(error(head + "[mesh]\nfile = 1\nmass = 1\n"), "a.toml:3:8: file: expected text in quotes");
+  EXPECT_EQ(error(head + "[mesh]\nfile = \"a.obj\"\nmass = -1\n"), "a.toml:4:8: mass: expected a number from 1e-9 to 1e9, in kg");
+  EXPECT_EQ(error(head + mesh + "scale = 0\n"), "a.toml:5:9: scale: expected a number from 1e-9 to 1e9");
+  EXPECT_EQ(error(head + mesh + "pins_above = nan\n"), "a.toml:5:14: pins_above: expected a finite number, in m");
+  EXPECT_EQ(error_of([] { read_obj("/dev/null"); }), "/dev/null: is not a regular file");
+
+  for (const char* nothing : {"", "\n", "hello\n", "v 0 0 0\n", "\xff\xfe\x00\x01", "l 1 2\n"})
+    EXPECT_EQ(obj_error(nothing), "a.obj: no triangle in it");
+  EXPECT_EQ(obj_error(square), "a.obj: no triangle in it");
+
+  write_bytes(path("b.obj"), square + "f 1 2 3 4\n");
+  std::filesystem::permissions(path("b.obj"), std::filesystem::perms::none);
+  const AsNobody nobody;
+  if (!nobody.bound) GTEST_SKIP() << "permissions do not bind root";
+  EXPECT_EQ(error_of([&] { read_obj(path("b.obj")); }), path("b.obj") + ": cannot be read: Permission denied");
+}
+
+TEST_F(ClothSceneTest, RefusesWrongPoints) {
+  for (const char* point : {"nan 0 0", "0 inf 0", "0 0 -inf", "0 0", "", "a b c", "0 0 0x1", "0 0 1e400", "0 0 1e10", "0 0 --1", "1,5 0 0"})
+    EXPECT_EQ(obj_error(square + "v " + point + "\nf 1 2 3\n"), "a.obj:5: v: expected three numbers from -1e9 to 1e9, in m") << point;
+}
+
+TEST_F(ClothSceneTest, RefusesWrongFaces) {
+  for (const char* index : {"0", "-5", "a", "1.5", "2x", "/2", "nan", "99999999999999999999", "-9223372036854775808"})
+    EXPECT_EQ(obj_error(square + "f 1 2 " + index + '\n'),
+              "a.obj:5: f: " + std::string(index) + " is no point, expected a number from 1, or from -1 downwards, back from the last");
+  EXPECT_EQ(obj_error(square + "f 1 2 3\nf 1 3 5\n"), "a.obj:6: f: point 5 of 4");
+  EXPECT_EQ(obj_error(square + "f 1 2 9223372036854775807\n"), "a.obj:5: f: point 9223372036854775807 of 4");
+  EXPECT_EQ(obj_error(square + "f 1 2 1\n"), "a.obj:5: f: point 1 comes twice");
+  EXPECT_EQ(obj_error(square + "f 1 2 3 -2\n"), "a.obj:5: f: point 3 comes twice");
+  for (const char* corners : {"f", "f 1", "f 1 2"}) EXPECT_EQ(obj_error(square + corners), "a.obj:5: f: expected at least three points");
+  EXPECT_EQ(obj_error(square + "f 1 2 3\nf 1 3 4\nf 3 1 2\n"), "a.obj: triangle 3 is triangle 1 again");
+  EXPECT_EQ(obj_error(square + "f 1 2 3\nf 1 3 4\nf 4 3 1\n"), "a.obj: triangle 3 is triangle 2 again") << "the other way round";
+  EXPECT_EQ(obj_error(square + "f 1 2 3\n"), "a.obj: point 4 is in no triangle; is the file whole?");
+}
+
+TEST_F(ClothSceneTest, RefusesTiedPointsAtOnePlace) {
+  write_bytes(path("a.obj"), square + "v 1 1 0\nf 1 2 3\nf 1 3 4\nf 3 4 5\n");
+  EXPECT_EQ(error(head + mesh), "a.obj: particles 5 and 3 are tied and 0 m apart, expected from 1e-09 to 1000000000");
+  EXPECT_EQ(load(head + mesh + "pins_above = 0.5\n").cloth.constraints.count, 4) << "the two are pinned, and not tied";
+}
+
+TEST_F(ClothSceneTest, RefusesMeshesThatDoNotFitMemory) {
+  const Limit limit(RLIMIT_AS, address_space() + 100'000'000);
+  write_bytes(path("a.obj"), square);
+  std::filesystem::resize_file(path("a.obj"), 10'000'000);
+  const std::string message = without_folder(error_of([&] { read_obj(path("a.obj")); }));
+  EXPECT_EQ(message.rfind("a.obj: reading it needs 500 MB of memory, and ", 0), 0u) << message;
+}
+
+// A file cut short is read or refused in one line, wherever it is cut; no cut leaves a point that nothing holds.
+TEST_F(ClothSceneTest, SurvivesAFileCutShort) {
+  const std::string whole = "v 0 0 0\nv 1 0 0\nv 1.25 1 0\nv 0 1 -0.5\nf 1 2 3\nf 1/1 3/2 4/3\n";
+  int read_so_far = 0;
+  for (std::size_t bytes = 0; bytes <= whole.size(); ++bytes) {
+    write_bytes(path("a.obj"), whole.substr(0, bytes));
+    if (const std::string error = error_of([&] { read_obj(path("a.obj")); }); error == "no error")
+      ++read_so_far;
+    else
+      EXPECT_EQ(error.rfind(path("a.obj") + ':', 0), 0u) << error;
+  }
+  EXPECT_EQ(read_so_far, 4) << "the last corner's texture, and the end of the line, are not missed";
+}
+
+// --- Frames
+
+std::string big_endian(const auto... numbers) {
+  std::string bytes;
+  for (const auto x : {numbers...}) {
+    const char* word = reinterpret_cast<const char*>(&x);
+    bytes.append(std::reverse_iterator(word + sizeof x), std::reverse_iterator(word));
+  }
+  return bytes + '\n';
+}
+
+TEST_F(ClothSceneTest, WritesFramesForParaView) {
+  Cloth<float> cloth = convert<float>(
+      load(head + "time_step = 0.5\n[sheet]\nrows = 2\ncolumns = 2\norigin = [1, 2, 3]\nwidth = [1, 0, 0]\nheight = [0, -1, 0]\nmass = 1\n")
+          .cloth);
+  cloth.previous.x[cloth.sheet.index(1, 0)] -= 1;
+  write_vtk(path("a.vtk"), cloth);
+  EXPECT_EQ(read_bytes(path("a.vtk")), "# vtk DataFile Version 3.0\nLockstep cloth\nBINARY\nDATASET POLYDATA\nPOINTS 4 float\n" +
+                                           big_endian(1.f, 2.f, 3.f, 2.f, 2.f, 3.f, 1.f, 1.f, 3.f, 2.f, 1.f, 3.f) + "POLYGONS 2 8\n" +
+                                           big_endian(3, 0, 1, 2, 3, 3, 2, 1) + "POINT_DATA 4\nVECTORS velocity float\n" +
+                                           big_endian(0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 2.f, 0.f, 0.f, 0.f, 0.f, 0.f));
+  EXPECT_EQ(error_of([&] { write_vtk(path("none/a.vtk"), cloth); }), path("none/a.vtk") + ": cannot be written: No such file or directory");
+  EXPECT_EQ(files(), 2);
+}
+
+TEST_F(ClothSceneTest, WritesARopeAsALine) {
+  for (const char* size : {"rows = 1\ncolumns = 3", "rows = 3\ncolumns = 1"}) {
+    const Scene rope =
+        load(head + "[sheet]\n" + size + "\norigin = [0, 0, 0]\nwidth = [2, 0, 0]\nheight = [2, 0, 0]\nmass = 1\nbending = true\n");
+    write_vtk(path("a.vtk"), convert<float>(rope.cloth));
+    EXPECT_EQ(read_bytes(path("a.vtk")), "# vtk DataFile Version 3.0\nLockstep cloth\nBINARY\nDATASET POLYDATA\nPOINTS 3 float\n" +
+                                             big_endian(0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 2.f, 0.f, 0.f) + "LINES 1 4\n" +
+                                             big_endian(3, 0, 1, 2) + "POINT_DATA 3\nVECTORS velocity float\n" +
+                                             big_endian(0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f));
+  }
+}
+
+}  // namespace
+}  // namespace lockstep::cloth
