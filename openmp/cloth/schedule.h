@@ -1,0 +1,107 @@
+// The passes of an iteration as one sweep down the sheet, and how threads share it.
+//
+// A pass at a time would carry the whole sheet through the first-level cache a dozen times an iteration. But what a pass does to a
+// row waits only for what earlier passes do to the same rows. So the sweep goes down the rows once, and every unit of every
+// pass follows as soon as the rows it waits for have been passed; a dozen rows are then all that is in use. Every row sees the
+// passes in their order, so the result has the bits of going pass by pass.
+//
+// No serial twin: a serial loop takes pass after pass.
+#pragma once
+
+#include <algorithm>
+#include <numeric>
+#include <vector>
+
+namespace lockstep::cloth::openmp {
+
+// The constraints of one pass that begin in one row, or in a few. It touches rows begin, begin + step, ... before end, and no others.
+struct Unit {
+  int pass, begin, end, step;
+};
+using Units = std::vector<Unit>;
+
+// Row r is in band k where cut[k] <= r < cut[k + 1].
+inline std::vector<int> cut_rows(int rows, int bands) {
+  std::vector<int> cut;
+  for (int band = 0; band <= bands; ++band) cut.push_back(static_cast<int>(static_cast<long long>(rows) * band / bands));
+  return cut;
+}
+inline int band_of(const std::vector<int>& cut, int row) {
+  return static_cast<int>(std::upper_bound(cut.begin(), cut.end(), row) - cut.begin()) - 1;
+}
+
+// For units in the order of their passes: the row that the sweep must have reached when each of them is done.
+inline std::vector<int> rows_reached(const Units& units, int rows) {
+  std::vector<int> reached(rows, 0), times;
+  for (const auto& [pass, begin, end, step] : units) {
+    int time = end - 1;
+    for (int r = begin; r < end; r += step) time = std::max(time, reached[r]);
+    for (int r = begin; r < end; r += step) reached[r] = time;
+    times.push_back(time);
+  }
+  return times;
+}
+
+// The units in the order of the sweep. Stable: among units of one time the order of the passes stays.
+inline Units in_sweep_order(const Units& units, int rows) {
+  const std::vector<int> times = rows_reached(units, rows);
+  std::vector<Units> at(rows);
+  for (std::size_t u = 0; u < units.size(); ++u) at[times[u]].push_back(units[u]);
+  Units sweep;
+  for (const Units& row : at) sweep.insert(sweep.end(), row.begin(), row.end());
+  return sweep;
+}
+
+// For passes whose units touch different rows each: every thread sweeps a band of rows of its own. What can be done within a band
+// without the rows beyond it comes first, in all bands at once; then what is left, the seams around the cuts. The later a pass, the
+// farther its part of the seam reaches, each by the rows that one unit spans.
+struct Bands {
+  std::vector<Units> bands;  // in order each; no two bands touch the same row
+  std::vector<Units> seams;  // after all bands; in order each, and no two seams touch the same row
+};
+
+inline Bands cut_into_bands(const Units& units, int rows, int passes, int most_bands) {
+  std::vector<int> span(passes, 0);  // how much farther a pass makes a seam reach, up and down
+  for (const Unit& unit : units) span[unit.pass] = std::max(span[unit.pass], unit.end - unit.begin - 1);
+  const int reach = std::max(std::accumulate(span.begin(), span.end(), 0), 1);
+  const int bands = std::clamp(rows / (2 * reach), 1, most_bands);
+  const std::vector<int> cut = cut_rows(rows, bands);
+
+  Bands shared{.bands = std::vector<Units>(bands), .seams = std::vector<Units>(bands)};
+  std::vector<char> held_up(rows, false);  // whether something before in this row had to be left to a seam
+  for (const Unit& unit : units) {
+    const auto [pass, begin, end, step] = unit;
+    const int band = band_of(cut, begin);
+    const bool across = band != band_of(cut, end - 1);
+    bool waits = across;
+    for (int r = begin; r < end; r += step) waits |= held_up[r];
+    if (!waits) {
+      shared.bands[band].push_back(unit);
+      continue;
+    }
+    for (int r = begin; r < end; r += step) held_up[r] = true;
+    const bool below = across || cut[band + 1] - begin <= begin - cut[band];  // the cut that it crosses, or the nearer one
+    shared.seams[below ? band : band - 1].push_back(unit);
+  }
+  for (Units& band : shared.bands) band = in_sweep_order(band, rows);
+  return shared;
+}
+
+// For passes that run down the columns in order, so that no band can begin before the one above: iterations follow one another down
+// the sheet. The sweep is cut into bands by time. Band b of iteration k runs at stage 2 k + b: after the band above it and after the
+// iteration before, both of which it follows, and beside bands b - 2, b + 2, ... of other iterations, with which it shares no row as
+// long as a band is as high as the sweep reaches back.
+inline std::vector<Units> cut_into_stages(const Units& units, int rows, int most_bands) {
+  const std::vector<int> times = rows_reached(units, rows);
+  int reach = 1;
+  for (std::size_t u = 0; u < units.size(); ++u) reach = std::max(reach, times[u] - units[u].begin);
+  const int bands = std::clamp(rows / reach, 1, most_bands);
+  const std::vector<int> cut = cut_rows(rows, bands);
+
+  std::vector<Units> stages(bands);
+  for (std::size_t u = 0; u < units.size(); ++u) stages[band_of(cut, times[u])].push_back(units[u]);
+  for (Units& stage : stages) stage = in_sweep_order(stage, rows);
+  return stages;
+}
+
+}  // namespace lockstep::cloth::openmp
