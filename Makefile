@@ -10,7 +10,7 @@ $(if $(isa_$(ISA)),,$(error ISA=$(ISA): expected avx512, avx2 or portable))
 CXX   = g++
 # errno is not looked at: without the flag, sqrt keeps loops from becoming lanes. Values do not change.
 FLAGS = -std=c++20 -O3 $(isa_$(ISA)) -ffp-contract=off -fno-math-errno -fopenmp -Wall -Wextra
-DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libgtest-dev clang-14 libomp-14-dev libclang-rt-14-dev
+DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libtinyobjloader-dev libgtest-dev clang-14 libomp-14-dev libclang-rt-14-dev
 
 # Where objects go: a folder for each way to build.
 BUILD := build/$(ISA)

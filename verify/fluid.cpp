@@ -14,6 +14,7 @@
 #include "common/fluid/forces.h"
 #include "common/fluid/rebuild_grid.h"
 #include "common/fluid/scene.h"
+#include "common/scene.h"
 #include "verify/compare.h"
 #include "verify/fluid_bounds.h"
 #include "verify/fluid_forms.h"
@@ -298,7 +299,7 @@ Case step_case(const std::string& path, const StepForm& form) {
   s->free_runs = known[path];
   const double n = s->start.particles.count, cells = s->start.grid.cells();
   Step<float>*best = serial::step_symmetric, *twin = best;
-  if (form.form == "owner_gather") twin = serial::step_owner_gather;
+  if (form.name == "owner_gather") twin = serial::step_owner_gather;
   return {
       .reset = [s] { s->openmp = s->serial = s->start; },
       .serial = [s, twin] { twin(s->serial); },
@@ -330,7 +331,8 @@ std::vector<Kernel> fluid_kernels() {
   const std::vector<std::string> bench_scenes = {scene("dam_break_100k")};
   std::vector<Kernel> kernels;
   const auto add = [&](const char* name, const char* form, bool order_dependent, std::function<Case(const std::string&)> make) {
-    kernels.push_back({name, form, order_dependent, scenes, more_scenes, bench_scenes, std::move(make)});
+    const auto takes = [](const std::string& path) { return kind_of_scene(path) == "fluid"; };
+    kernels.push_back({name, form, order_dependent, scenes, more_scenes, bench_scenes, takes, std::move(make)});
   };
   using namespace openmp;
   add("fluid/rebuild_grid", "counting_sort", false, [](auto& path) { return rebuild_grid_case(path, rebuild_grid_counting_sort); });
@@ -349,7 +351,7 @@ std::vector<Kernel> fluid_kernels() {
   add("fluid/advance", "", false, advance_case);
   for (const StepForm& form : step_forms)
     if (form.variant == "openmp")
-      add("fluid/step", form.form.c_str(), form.form != "owner_gather", [form](auto& path) { return step_case(path, form); });
+      add("fluid/step", form.name.c_str(), form.name != "owner_gather", [form](auto& path) { return step_case(path, form); });
   for (Kernel& kernel : kernels)
     if (kernel.name == "fluid/step")
       kernel.bench_scenes = {scene("dam_break_5k"), scene("dam_break_35k"), scene("dam_break_100k"), scene("dam_break_500k")};

@@ -9,7 +9,7 @@
 namespace lockstep::verify {
 
 struct StepForm {
-  std::string variant, form;
+  std::string variant, name;
   fluid::Step<float>* step;
 };
 

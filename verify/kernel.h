@@ -55,11 +55,13 @@ struct Kernel {
   std::vector<std::string> scenes;  // for `make verify`, and what FULL=1 adds
   std::vector<std::string> more_scenes;
   std::vector<std::string> bench_scenes;
+  std::function<bool(const std::string& scene_path)> takes;  // whether it is for scenes of this kind, such as a user's own
   std::function<Case(const std::string& scene_path)> make;
 };
 
-// All kernels, in the order of a step.
+// All kernels, domain by domain, in the order of a step.
 std::vector<Kernel> kernels();
 std::vector<Kernel> fluid_kernels();
+std::vector<Kernel> cloth_kernels();
 
 }  // namespace lockstep::verify

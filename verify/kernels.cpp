@@ -12,6 +12,10 @@ const char* name_of(Verdict verdict) {
   return "";
 }
 
-std::vector<Kernel> kernels() { return fluid_kernels(); }
+std::vector<Kernel> kernels() {
+  std::vector<Kernel> all;
+  for (const auto& domain : {fluid_kernels(), cloth_kernels()}) all.insert(all.end(), domain.begin(), domain.end());
+  return all;
+}
 
 }  // namespace lockstep::verify

@@ -17,20 +17,29 @@ std::vector<Selected> select(const Options& options, Purpose purpose) {
   }
   if (chosen.empty()) throw InputError("no kernel " + options.kernel + " " + options.form + ", expected one of: " + known);
 
+  // A name stands for the scene of that name, on the kernels that know it; anything else is the path of a scene of the user's own, on
+  // the kernels that take it.
+  const auto known_as = [&](const Kernel& kernel, const std::string& name) {
+    std::vector<std::string> paths = kernel.scenes;
+    paths.insert(paths.end(), kernel.more_scenes.begin(), kernel.more_scenes.end());
+    std::erase_if(paths, [&](const std::string& path) { return std::filesystem::path(path).stem() != name; });
+    return paths;
+  };
+  const bool named = std::ranges::any_of(chosen, [&](const Kernel& kernel) { return !known_as(kernel, options.scene).empty(); });
+
   std::vector<Selected> selected;
   for (const Kernel& kernel : chosen) {
     std::vector<std::string> paths = purpose == Purpose::bench ? kernel.bench_scenes : kernel.scenes;
     if (options.full) paths.insert(paths.end(), kernel.more_scenes.begin(), kernel.more_scenes.end());
-    if (!options.scene.empty()) {
-      paths = kernel.scenes;
-      paths.insert(paths.end(), kernel.more_scenes.begin(), kernel.more_scenes.end());
-      // A name stands for the scene of that name; anything else is a path to a scene of the user's own.
-      std::erase_if(paths, [&](const std::string& path) { return std::filesystem::path(path).stem() != options.scene; });
-      if (paths.empty()) paths = {options.scene};
-      paths.resize(1);
+    if (named) {
+      paths = known_as(kernel, options.scene);
+    } else if (!options.scene.empty()) {
+      paths.clear();
+      if (kernel.takes(options.scene)) paths.push_back(options.scene);
     }
     for (const std::string& path : paths) selected.push_back({kernel, path});
   }
+  if (selected.empty()) throw InputError("--scene " + options.scene + ": not a scene that " + chosen.front().name + " takes");
   return selected;
 }
 

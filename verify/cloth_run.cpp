@@ -1,0 +1,88 @@
+#include "verify/cloth_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "common/cloth/make.h"
+#include "verify/compare.h"
+
+namespace lockstep::verify {
+namespace {
+
+using namespace cloth;
+
+double dot(const Vector3<double>& a, const Vector3<double>& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+Vector3<double> minus(const Vector3<double>& a, const Vector3<double>& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+
+double depth_in(const Plane<double>& plane, const Vector3<double>& p) { return plane.offset - dot(plane.normal, p); }
+
+double depth_in(const Capsule<double>& capsule, const Vector3<double>& p) {
+  const Vector3<double> axis = minus(capsule.to, capsule.from), from = minus(p, capsule.from);
+  const double l2 = dot(axis, axis), along = l2 > 0 ? std::clamp(dot(from, axis) / l2, 0., 1.) : 0;
+  return capsule.radius - std::hypot(from.x - along * axis.x, from.y - along * axis.y, from.z - along * axis.z);
+}
+
+double depth_in(const Box<double>& box, const Vector3<double>& p) {
+  const Vector3<double> from = minus(p, box.centre);
+  return std::min({box.half.x - std::abs(dot(from, box.axis[0])), box.half.y - std::abs(dot(from, box.axis[1])),
+                   box.half.z - std::abs(dot(from, box.axis[2]))});
+}
+
+}  // namespace
+
+bool all_finite(const Cloth<float>& cloth) {
+  const Vectors<float>& p = cloth.position;
+  for (int i = 0; i < cloth.count; ++i)
+    if (!std::isfinite(p.x[i]) || !std::isfinite(p.y[i]) || !std::isfinite(p.z[i])) return false;
+  return true;
+}
+
+Deepest deepest_inside(const Bodies<double>& bodies, const Cloth<float>& cloth) {
+  Deepest deepest{0, 0};
+  for (int i = 0; i < cloth.count; ++i) {
+    if (cloth.inverse_mass[i] == 0) continue;
+    const Vector3<double> p = {cloth.position.x[i], cloth.position.y[i], cloth.position.z[i]};
+    const auto ask = [&](const auto& list) {
+      for (const auto& body : list)
+        if (const double depth = depth_in(body, p); depth > deepest.depth) deepest = {depth, i};
+    };
+    ask(bodies.planes), ask(bodies.capsules), ask(bodies.boxes);
+  }
+  return deepest;
+}
+
+std::shared_ptr<const Cloth<float>> serial_run(const Scene& scene, const std::string& form, Step<float>* step) {
+  static std::map<std::string, std::shared_ptr<const Cloth<float>>> known;
+  auto& run = known[scene.path + ' ' + form];
+  if (!run) {
+    auto cloth = std::make_shared<Cloth<float>>(convert<float>(scene.cloth));
+    for (int frame = 0; frame < scene.frames; ++frame) step(*cloth);
+    run = cloth;
+  }
+  return run;
+}
+
+void check_run(Judgement& judgement, const Scene& scene, const Cloth<float>& expected, Step<float>* step) {
+  Cloth<float> cloth = convert<float>(scene.cloth);
+  const auto fail = [&](const std::string& what, int frame) {
+    judgement.passed = false;
+    judgement.worst_at = what + " after step " + std::to_string(frame);
+  };
+  for (int frame = 1; frame <= scene.frames && judgement.passed; ++frame) {
+    step(cloth);
+    if (!all_finite(cloth)) fail("a position that is not finite", frame);
+    if (const Deepest deepest = deepest_inside(scene.bodies, cloth); deepest.depth > 0)
+      fail("particle " + std::to_string(deepest.particle) + " is " + std::to_string(deepest.depth) + " m inside a body", frame);
+  }
+  if (!judgement.passed) return;
+  const std::size_t n = cloth.count;
+  const auto name = [&](std::size_t i) { return "position of particle " + std::to_string(i) + " after the run"; };
+  const auto component = [&](const Array<float>& a, const Array<float>& b) {
+    same_bits(judgement, std::span<const float>(a.data(), n), std::span<const float>(b.data(), n), name);
+  };
+  component(cloth.position.x, expected.position.x), component(cloth.position.y, expected.position.y);
+  component(cloth.position.z, expected.position.z);
+}
+
+}  // namespace lockstep::verify

@@ -1,0 +1,78 @@
+#include "verify/simulation.h"
+
+#include <memory>
+
+#include "common/cloth/make.h"
+#include "common/cloth/scene.h"
+#include "common/cloth/vtk.h"
+#include "common/fluid/densities.h"
+#include "common/fluid/file.h"
+#include "common/fluid/rebuild_grid.h"
+#include "common/fluid/scene.h"
+#include "common/fluid/vtk.h"
+#include "common/input_error.h"
+#include "verify/cloth_forms.h"
+#include "verify/fluid_forms.h"
+
+namespace lockstep::verify {
+namespace {
+
+// The first form that fits, or the one asked for.
+template <class Forms, class Fits>
+const auto& find_form(const Forms& forms, const std::string& asked, Fits fits) {
+  std::string known;
+  for (const auto& form : forms) {
+    if (!fits(form)) continue;
+    if (asked.empty() || asked == form.name) return form;
+    known += (known.empty() ? "" : ", ") + form.name;
+  }
+  throw InputError("--form " + asked + ": expected one of: " + known);
+}
+
+}  // namespace
+
+Simulation fluid_simulation(const RunOptions& options) {
+  fluid::Scene scene = fluid::load_scene(options.scene);
+  const StepForm& form = find_form(step_forms, options.form, [&](const StepForm& f) { return f.variant == options.variant; });
+  auto state = std::make_shared<fluid::Fluid<float>>(fluid::make_fluid(fluid::convert<float>(scene.model), std::move(scene.particles)));
+  auto is_start = std::make_shared<bool>(true);
+  return {
+      .name = scene.name,
+      .form = form.name,
+      .particles = state->particles.count,
+      .frames = scene.frames,
+      .step = [state, is_start, form] { form.step(*state), *is_start = false; },
+      .write_frame =
+          [state, is_start](const std::string& path) {
+            // The densities of the start, for ParaView's colours, are the one thing it does not have yet.
+            if (*is_start) {
+              fluid::serial::rebuild_grid(state->grid, state->particles, state->sorted);
+              fluid::serial::densities_symmetric(state->model, state->grid, state->particles, state->neighbours, state->density);
+            }
+            fluid::write_vtk(path, state->particles, {state->density.data(), std::size_t(state->particles.count)});
+          },
+      .write_state = [state, per_metre = static_cast<float>(scene.model.particles_per_metre)](
+                         const std::string& path) { fluid::write_fluid(path, per_metre, state->particles); },
+  };
+}
+
+Simulation cloth_simulation(const RunOptions& options) {
+  const cloth::Scene scene = cloth::load_scene(options.scene);
+  auto state = std::make_shared<cloth::Cloth<float>>(cloth::convert<float>(scene.cloth));
+  const bool serial = options.variant == "serial", is_sheet = state->sheet.rows > 0;
+  const ClothForm& form = find_form(cloth_forms, options.form, [&](const ClothForm& f) {
+    return (f.for_meshes || is_sheet) && (serial ? f.serial_step : f.openmp_step);
+  });
+  cloth::Step<float>* const step = serial ? form.serial_step : form.openmp_step;
+  return {
+      .name = scene.name,
+      .form = form.name,
+      .particles = is_sheet ? state->sheet.rows * state->sheet.columns : state->count,
+      .frames = scene.frames,
+      .step = [state, step] { step(*state); },
+      .write_frame = [state](const std::string& path) { cloth::write_vtk(path, *state); },
+      .write_state = nullptr,
+  };
+}
+
+}  // namespace lockstep::verify

@@ -1,0 +1,25 @@
+// A scene being run, as `lockstep run` sees it, whatever its kind.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "verify/options.h"
+
+namespace lockstep::verify {
+
+struct Simulation {
+  std::string name;  // the scene's
+  std::string form;  // which form of the step
+  int particles;
+  int frames;  // how many the scene asks for
+  std::function<void()> step;
+  std::function<void(const std::string& path)> write_frame;  // for ParaView
+  std::function<void(const std::string& path)> write_state;  // as a file that can be run again; none if there is no such format
+};
+
+// The functions share the state. Throw InputError where the scene or the form is not to be had.
+Simulation fluid_simulation(const RunOptions& options);
+Simulation cloth_simulation(const RunOptions& options);
+
+}  // namespace lockstep::verify
