@@ -10,7 +10,8 @@ $(if $(isa_$(ISA)),,$(error ISA=$(ISA): expected avx512, avx2 or portable))
 CXX   = g++
 # errno is not looked at: without the flag, sqrt keeps loops from becoming lanes. Values do not change.
 FLAGS = -std=c++20 -O3 $(isa_$(ISA)) -ffp-contract=off -fno-math-errno -fopenmp -Wall -Wextra
-DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libtinyobjloader-dev libgtest-dev clang-14 libomp-14-dev libclang-rt-14-dev
+PYTHON = /usr/bin/python3
+DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libtinyobjloader-dev libgtest-dev python3-matplotlib clang-14 libomp-14-dev libclang-rt-14-dev
 
 # Where objects go: a folder for each way to build.
 BUILD := build/$(ISA)
@@ -21,7 +22,7 @@ kernel := $(serial) $(patsubst %.cpp,$(BUILD)/%.o,$(shell find openmp common -na
 verify := $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard verify/*.cpp))
 tests  := $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard tests/*_test.cpp))
 
-.PHONY: all deps verify test bench run diff tsan sanitize determinism clean help
+.PHONY: all deps verify test bench figures run diff tsan sanitize determinism clean help
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-builtin-rules
 
@@ -40,7 +41,11 @@ test: $(BUILD)/unit_tests build/lockstep  ## unit, property and fault tests
 bench: build/lockstep  ## time every kernel (KERNEL= FORM= SCENE= THREADS=1,2); build/bench.json
 	build/lockstep bench $(selection) --json build/bench.json
 
-run: build/lockstep  ## simulate SCENE=scenes/fluid/dam_break_5k.toml and write frames for ParaView (OUT=build/frames FRAMES= VARIANT= THREADS=)
+figures: build/lockstep  ## redraw the figures into build/figures/: SVG, the CSV behind each, index.html
+	build/lockstep figures --out build/figures
+	$(PYTHON) notes/figures/draw.py build/figures
+
+run: build/lockstep  ## simulate SCENE=scenes/cloth/flag_33.toml and write frames for ParaView (OUT=build/frames FRAMES= VARIANT= THREADS=)
 	build/lockstep run --scene $(or $(SCENE),$(error SCENE= says which scene to run)) --out $(or $(OUT),build/frames) \
 	  $(if $(VARIANT),--variant $(VARIANT)) $(if $(THREADS),--threads $(THREADS)) $(if $(FRAMES),--frames $(FRAMES))
 

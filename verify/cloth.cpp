@@ -157,28 +157,6 @@ Case step_case(const std::string& path, const ClothForm& form) {
   return run;
 }
 
-// What n iterations of a form leave of the residual: on average over the second half of some steps of the scene. A scene without
-// gravity is one problem of relaxation, and has one answer: after n iterations from its start.
-double residual_left(const Cloth<float>& start, Relax<float>* relax, int n) {
-  constexpr int steps = 60;
-  Cloth<float> cloth = start;
-  const Vector3<float>& g = start.model.gravity;
-  if (g.x == 0 && g.y == 0 && g.z == 0) {
-    relax(cloth, n);
-    return residual(cloth);
-  }
-  double sum = 0;
-  for (int step = 0; step < steps; ++step) {
-    for (int substep = 0; substep < cloth.model.substeps; ++substep) {
-      openmp::verlet(cloth);
-      relax(cloth, n);
-      openmp::collide(cloth);
-    }
-    if (step >= steps / 2) sum += residual(cloth) / (steps - steps / 2);
-  }
-  return sum;
-}
-
 // Whether a form leaves no more of the residual than the original order does, and how many more iterations that takes. Timed are
 // the runs that leave the same.
 Case convergence_case(const std::string& path, const ClothForm& form) {

@@ -4,7 +4,10 @@
 #include <cmath>
 #include <map>
 
+#include "common/cloth/collide.h"
 #include "common/cloth/make.h"
+#include "common/cloth/residual.h"
+#include "common/cloth/verlet.h"
 #include "verify/compare.h"
 
 namespace lockstep::verify {
@@ -50,6 +53,26 @@ Deepest deepest_inside(const Bodies<double>& bodies, const Cloth<float>& cloth) 
     ask(bodies.planes), ask(bodies.capsules), ask(bodies.boxes);
   }
   return deepest;
+}
+
+double residual_left(const Cloth<float>& start, Relax<float>* relax, int n) {
+  constexpr int steps = 60;
+  Cloth<float> cloth = start;
+  const Vector3<float>& g = start.model.gravity;
+  if (g.x == 0 && g.y == 0 && g.z == 0) {
+    relax(cloth, n);
+    return residual(cloth);
+  }
+  double sum = 0;
+  for (int step = 0; step < steps; ++step) {
+    for (int substep = 0; substep < cloth.model.substeps; ++substep) {
+      openmp::verlet(cloth);
+      relax(cloth, n);
+      openmp::collide(cloth);
+    }
+    if (step >= steps / 2) sum += residual(cloth) / (steps - steps / 2);
+  }
+  return sum;
 }
 
 std::shared_ptr<const Cloth<float>> serial_run(const Scene& scene, const std::string& form, Step<float>* step) {

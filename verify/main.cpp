@@ -48,6 +48,10 @@ int main(int argc, char** argv) {
   run_command->add_option("--out", run_options.out, "a .fluid file for the last state, or a folder for frames that ParaView opens")
       ->required();
 
+  FigureOptions figure_options;
+  CLI::App* figures_command = app.add_subcommand("figures", "compute what the figures show, as CSV (make figures draws it)");
+  figures_command->add_option("--out", figure_options.out, "a folder")->required();
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -60,6 +64,7 @@ int main(int argc, char** argv) {
     if (options.threads.empty()) options.threads = verify_command->parsed() ? std::vector<int>{1, 2, 3} : std::vector<int>{1, 2};
     if (verify_command->parsed()) return verify(options);
     if (bench_command->parsed()) return bench(options);
+    if (figures_command->parsed()) return figures(figure_options);
     return run(run_options);
   } catch (const lockstep::InputError& error) {
     std::fprintf(stderr, "lockstep: %s\n", error.what());

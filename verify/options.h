@@ -23,9 +23,14 @@ struct RunOptions {
   std::string out;
 };
 
+struct FigureOptions {
+  std::string out;  // a folder
+};
+
 // Each returns the program's exit code: 0, or 1 where a check failed. Bad input throws InputError.
 int verify(const Options& options);
 int bench(const Options& options);
 int run(const RunOptions& options);
+int figures(const FigureOptions& options);  // writes the numbers behind each figure, NAME.csv
 
 }  // namespace lockstep::verify
