@@ -107,6 +107,7 @@ bool all(maskv mask);
 bool none(maskv mask);
 int count(maskv mask);                          // how many lanes are active
 intv lane_index();                              // 0, 1, ... 15
+maskv lanes_of(std::uint32_t bits);             // the inverse of bits()
 maskv first_lanes(int n);                       // lane_index() < n: none for n <= 0, all for n >= 16; the mask of a loop's tail
 floatv select(maskv mask, floatv a, floatv b);  // mask ? a : b; both are computed
 intv select(maskv mask, intv a, intv b);
@@ -120,7 +121,9 @@ float reduce_max(floatv v);             // by max(a, b), likewise
 std::int32_t reduce_add(intv v);        // wraps around
 floatv compress(maskv mask, floatv v);  // the active lanes, moved to the front in order; the rest 0
 intv compress(maskv mask, intv v);
-void transpose(floatv (&row)[lanes]);  // row[i] lane j and row[j] lane i change places
+floatv shift_up(floatv v, float first);   // first, v0, ... v14
+floatv shift_down(floatv v, float last);  // v1, ... v15, last
+void transpose(floatv (&row)[lanes]);     // row[i] lane j and row[j] lane i change places
 
 // Partners in a row of 32 floats, a and then b, cut into blocks of 2 G, where G is 1 or 2: `first` gets the first G of every
 // block, `second` the last G, partners (G apart in the row) in the same lane. Which block goes to which lanes is left to the back end, so

@@ -482,6 +482,18 @@ TEST(Simd, LoadsAndStoresQuads) {
   }
 }
 
+TEST(Simd, ShiftsByOneLane) {
+  const floatv v = to_float(lane_index());
+  for (int l = 0; l < lanes; ++l) {
+    EXPECT_EQ(values(shift_up(v, -7.f))[l], l > 0 ? l - 1 : -7);
+    EXPECT_EQ(values(shift_down(v, -7.f))[l], l + 1 < lanes ? l + 1 : -7);
+  }
+}
+
+TEST(Simd, MasksFromBits) {
+  for (std::uint32_t mask = 0; mask < 0x10000; mask += 37) ASSERT_EQ(bits(lanes_of(mask)), mask);
+}
+
 TEST(Simd, Transposes) {
   floatv row[lanes];
   for (int i = 0; i < lanes; ++i) row[i] = to_float(lane_index() + lanes * i);

@@ -204,6 +204,13 @@ LOCKSTEP_INLINE maskv operator!=(intv a, intv b) { return ~(a == b); }
 
 LOCKSTEP_INLINE std::uint32_t bits(__m256i half) { return static_cast<std::uint32_t>(_mm256_movemask_ps(as_float(half))); }
 LOCKSTEP_INLINE std::uint32_t bits(maskv mask) { return bits(mask.lo) | bits(mask.hi) << 8; }
+LOCKSTEP_INLINE maskv lanes_of(std::uint32_t bits) {
+  const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+  const auto half = [&](std::uint32_t eight) {
+    return _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(static_cast<int>(eight)), bit), bit);
+  };
+  return {half(bits & 0xff), half(bits >> 8)};
+}
 LOCKSTEP_INLINE intv lane_index() { return {_mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), _mm256_setr_epi32(8, 9, 10, 11, 12, 13, 14, 15)}; }
 LOCKSTEP_INLINE floatv select(maskv mask, floatv a, floatv b) {
   return {_mm256_blendv_ps(b.lo, a.lo, as_float(mask.lo)), _mm256_blendv_ps(b.hi, a.hi, as_float(mask.hi))};
@@ -250,6 +257,17 @@ LOCKSTEP_INLINE intv compress(maskv mask, intv v) {
 LOCKSTEP_INLINE floatv compress(maskv mask, floatv v) {
   const intv front = compress(mask, intv(as_int(v.lo), as_int(v.hi)));
   return {as_float(front.lo), as_float(front.hi)};
+}
+
+LOCKSTEP_INLINE floatv shift_up(floatv v, float first) {
+  const __m256i up = _mm256_setr_epi32(7, 0, 1, 2, 3, 4, 5, 6);
+  const __m256 lo = _mm256_permutevar8x32_ps(v.lo, up), hi = _mm256_permutevar8x32_ps(v.hi, up);
+  return {_mm256_blend_ps(lo, _mm256_set1_ps(first), 1), _mm256_blend_ps(hi, lo, 1)};
+}
+LOCKSTEP_INLINE floatv shift_down(floatv v, float last) {
+  const __m256i down = _mm256_setr_epi32(1, 2, 3, 4, 5, 6, 7, 0);
+  const __m256 lo = _mm256_permutevar8x32_ps(v.lo, down), hi = _mm256_permutevar8x32_ps(v.hi, down);
+  return {_mm256_blend_ps(lo, hi, 0x80), _mm256_blend_ps(hi, _mm256_set1_ps(last), 0x80)};
 }
 
 // Four squares of eight; the two off the diagonal change places.

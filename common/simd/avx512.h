@@ -172,6 +172,7 @@ LOCKSTEP_INLINE maskv operator|(maskv a, maskv b) { return {static_cast<__mmask1
 LOCKSTEP_INLINE maskv operator^(maskv a, maskv b) { return {static_cast<__mmask16>(a.m ^ b.m)}; }
 LOCKSTEP_INLINE maskv operator~(maskv a) { return {static_cast<__mmask16>(~a.m)}; }
 LOCKSTEP_INLINE std::uint32_t bits(maskv mask) { return mask.m; }
+LOCKSTEP_INLINE maskv lanes_of(std::uint32_t bits) { return {static_cast<__mmask16>(bits)}; }
 LOCKSTEP_INLINE intv lane_index() { return _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15); }
 LOCKSTEP_INLINE floatv select(maskv mask, floatv a, floatv b) { return _mm512_mask_blend_ps(mask.m, b.v, a.v); }
 LOCKSTEP_INLINE intv select(maskv mask, intv a, intv b) { return _mm512_mask_blend_epi32(mask.m, b.v, a.v); }
@@ -179,6 +180,13 @@ LOCKSTEP_INLINE intv select(maskv mask, intv a, intv b) { return _mm512_mask_ble
 // To a register and then, if need be, to memory: the compressing store is microcode on Zen 4, 15 times slower.
 LOCKSTEP_INLINE floatv compress(maskv mask, floatv v) { return _mm512_maskz_compress_ps(mask.m, v.v); }
 LOCKSTEP_INLINE intv compress(maskv mask, intv v) { return _mm512_maskz_compress_epi32(mask.m, v.v); }
+
+LOCKSTEP_INLINE floatv shift_up(floatv v, float first) {
+  return _mm512_castsi512_ps(_mm512_alignr_epi32(_mm512_castps_si512(v.v), _mm512_castps_si512(_mm512_set1_ps(first)), 15));
+}
+LOCKSTEP_INLINE floatv shift_down(floatv v, float last) {
+  return _mm512_castsi512_ps(_mm512_alignr_epi32(_mm512_castps_si512(_mm512_set1_ps(last)), _mm512_castps_si512(v.v), 1));
+}
 
 // Rounds of shuffles within quarters of a register, then of whole quarters.
 LOCKSTEP_INLINE void transpose(floatv (&row)[lanes]) {

@@ -252,6 +252,9 @@ LOCKSTEP_INLINE std::uint32_t bits(maskv mask) {
   for (int l = 0; l < lanes; ++l) b |= static_cast<std::uint32_t>(mask.lane[l]) & 1u << l;
   return b;
 }
+LOCKSTEP_INLINE maskv lanes_of(std::uint32_t bits) {
+  return mask_lanes([&](int l) { return bits >> l & 1; });
+}
 LOCKSTEP_INLINE intv lane_index() {
   return int_lanes([](int l) { return l; });
 }
@@ -272,6 +275,13 @@ LOCKSTEP_INLINE V compress_lanes(maskv mask, V v) {
 }
 LOCKSTEP_INLINE floatv compress(maskv mask, floatv v) { return compress_lanes(mask, v); }
 LOCKSTEP_INLINE intv compress(maskv mask, intv v) { return compress_lanes(mask, v); }
+
+LOCKSTEP_INLINE floatv shift_up(floatv v, float first) {
+  return float_lanes([&](int l) { return l > 0 ? v.lane[l - 1] : first; });
+}
+LOCKSTEP_INLINE floatv shift_down(floatv v, float last) {
+  return float_lanes([&](int l) { return l + 1 < lanes ? v.lane[l + 1] : last; });
+}
 
 LOCKSTEP_INLINE void transpose(floatv (&row)[lanes]) {
   for (int i = 0; i < lanes; ++i)
