@@ -29,6 +29,7 @@ struct intv;     // intv(std::int32_t x), likewise
 struct maskv;    // one truth value a lane; a lane is active where it is true
 struct Records;  // floatv field[8]
 struct Quads;    // floatv field[4]
+struct recordv;  // one record of eight floats; recordv(float x) sets them all to x
 struct Halves;   // floatv first, second
 
 // Memory. Any alignment. Memory of inactive lanes is not touched, it need not even be there.
@@ -57,6 +58,17 @@ Records load_records(const float* records, const std::int32_t* index);  // field
 // indices differ. Sixteen moves each way where a scatter a field would be 64 on Zen 4.
 Quads load_quads(const float* records, const std::int32_t* index);
 void store_quads(float* records, const std::int32_t* index, Quads quads, maskv mask);
+
+void store_records(float* records, const std::int32_t* index, const Records& r);  // and back; of different indices
+
+// One record, its eight floats at once: for what must be done to records one after another.
+recordv load_record(const float* p);      // p[f], 32-byte aligned
+void store_record(float* p, recordv r);   // p[f] = field f, 32-byte aligned
+recordv repeat_pair(const float* p);      // p[f % 2]
+recordv operator+(recordv a, recordv b);  // each rounds once, to nearest
+recordv operator-(recordv a, recordv b);
+recordv operator*(recordv a, recordv b);
+void store_pairs(float* p, floatv a, floatv b);  // p[2 l] = a, p[2 l + 1] = b
 
 // Arithmetic. Each operation on floatv rounds once, to nearest; intv wraps around.
 floatv operator+(floatv a, floatv b);

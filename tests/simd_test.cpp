@@ -462,6 +462,43 @@ TEST(Simd, LoadsWholeRecords) {
   }
 }
 
+TEST(Simd, StoresWholeRecords) {
+  constexpr int records = 40;
+  alignas(32) float base[8 * records];
+  Records r;
+  for (int f = 0; f < 8; ++f) r.field[f] = to_float(lane_index() * 8 + f);
+  std::mt19937 random(13);
+  std::vector<std::int32_t> index(records);
+  for (int k = 0; k < records; ++k) index[k] = k;
+  for (int repeat = 0; repeat < 100; ++repeat) {
+    std::shuffle(index.begin(), index.end(), random);
+    std::fill_n(base, 8 * records, -1.f);
+    store_records(base, index.data(), r);
+    for (int k = 0; k < records; ++k)
+      for (int f = 0; f < 8; ++f) ASSERT_EQ(base[8 * index[k] + f], k < lanes ? 8 * k + f : -1);
+  }
+}
+
+TEST(Simd, RecordsOneByOne) {
+  alignas(32) const float a[8] = {1, 2, 3, 4, 5, 6, 7, 8}, b[8] = {.5f, -1, 2, 0, 7, .25f, -3, 9};
+  alignas(32) float out[8];
+  const auto check = [&](recordv r, auto expected) {
+    store_record(out, r);
+    for (int f = 0; f < 8; ++f) EXPECT_EQ(out[f], expected(f)) << f;
+  };
+  check(load_record(a) + load_record(b), [&](int f) { return a[f] + b[f]; });
+  check(load_record(a) - load_record(b), [&](int f) { return a[f] - b[f]; });
+  check(load_record(a) * load_record(b), [&](int f) { return a[f] * b[f]; });
+  check(repeat_pair(b + 1), [&](int f) { return b[1 + f % 2]; });
+  check(recordv(3.f), [](int) { return 3.f; });
+  float pairs[2 * lanes];
+  store_pairs(pairs, to_float(lane_index()), to_float(lane_index() + 100));
+  for (int l = 0; l < lanes; ++l) {
+    EXPECT_EQ(pairs[2 * l], l);
+    EXPECT_EQ(pairs[2 * l + 1], l + 100);
+  }
+}
+
 TEST(Simd, LoadsAndStoresQuads) {
   constexpr int records = 40;
   alignas(16) float base[4 * records], target[4 * records];

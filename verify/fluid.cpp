@@ -152,23 +152,25 @@ Case rebuild_grid_case(const std::string& path, RebuildGrid<float>* openmp) {
 Case densities_case(const std::string& path, Densities<float>* twin, Densities<float>* openmp) {
   struct State {
     std::shared_ptr<const Inputs> in;
-    Neighbours<float> neighbours;
+    Neighbours<float> openmp_neighbours, serial_neighbours;
     Array<float> openmp, serial, unused;
   };
-  auto s = std::make_shared<State>(State{inputs(path), {}, {}, {}, {}});
+  auto s = std::make_shared<State>(State{inputs(path), {}, {}, {}, {}, {}});
   const Fluid<float>& f = s->in->fluid;
   const double n = f.particles.count;
   Densities<float>* best = serial::densities_symmetric;
-  const auto with = [s](Densities<float>* densities, Array<float>& density) -> std::function<void()> {
-    return [s, densities, &density] { densities(s->in->fluid.model, s->in->fluid.grid, s->in->fluid.particles, s->neighbours, density); };
+  const auto with = [s](Densities<float>* densities, Neighbours<float>& neighbours, Array<float>& density) -> std::function<void()> {
+    return [s, densities, &neighbours, &density] {
+      densities(s->in->fluid.model, s->in->fluid.grid, s->in->fluid.particles, neighbours, density);
+    };
   };
-  s->neighbours = make_neighbours(f.grid, f.particles.count);
+  s->openmp_neighbours = s->serial_neighbours = make_neighbours(f.grid, f.particles.count);
   s->openmp = s->serial = s->unused = Array<float>(padded(f.particles.count));
   return {
       .reset = [s] { std::fill(s->openmp.begin(), s->openmp.end(), 0.f); },
-      .serial = with(twin, s->serial),
-      .best_serial = twin == best ? nullptr : with(best, s->unused),
-      .openmp = with(openmp, s->openmp),
+      .serial = with(twin, s->serial_neighbours, s->serial),
+      .best_serial = twin == best ? nullptr : with(best, s->serial_neighbours, s->unused),
+      .openmp = with(openmp, s->openmp_neighbours, s->openmp),
       .judge =
           [s] {
             const Inputs& in = *s->in;
@@ -184,7 +186,7 @@ Case densities_case(const std::string& path, Densities<float>* twin, Densities<f
   };
 }
 
-Case forces_case(const std::string& path, Forces<float>* twin, Forces<float>* openmp) {
+Case forces_case(const std::string& path, Densities<float>* lists, Forces<float>* twin, Forces<float>* openmp) {
   struct State {
     std::shared_ptr<const Inputs> in;
     Neighbours<float> neighbours;  // those of the serial densities; a copy, for the scratch in it
@@ -192,8 +194,10 @@ Case forces_case(const std::string& path, Forces<float>* twin, Forces<float>* op
     Vectors<double> truth, rounding;
   };
   auto s = std::make_shared<State>(State{inputs(path), {}, {}, {}, {}, {}, {}});
-  s->neighbours = s->in->fluid.neighbours;
   const Fluid<float>& f = s->in->fluid;
+  s->neighbours = make_neighbours(f.grid, f.particles.count);
+  Array<float> density = f.density;
+  if (lists) lists(f.model, f.grid, f.particles, s->neighbours, density);
   Fluid<double> truth = s->in->truth;
   const int count = f.particles.count;
   const double n = count;
@@ -295,13 +299,16 @@ Case step_case(const std::string& path, const StepForm& form) {
   s->in = inputs(path);
   s->start = s->in->fluid;
   s->start.particles = s->in->unsorted;
+  s->openmp = s->serial = s->start;
   if (!known.contains(path)) known[path] = std::make_shared<const FreeRuns>(run_freely(s->start, s->in->scene.frames));
   s->free_runs = known[path];
   const double n = s->start.particles.count, cells = s->start.grid.cells();
   Step<float>*best = serial::step_symmetric, *twin = best;
   if (form.name == "owner_gather") twin = serial::step_owner_gather;
+  if (form.name == "pair_lists") twin = serial::step_pair_lists;
   return {
-      .reset = [s] { s->openmp = s->serial = s->start; },
+      // Particles are what a step starts from; all else it makes, or, like the room in lists, has from the frame before.
+      .reset = [s] { s->openmp.particles = s->serial.particles = s->start.particles; },
       .serial = [s, twin] { twin(s->serial); },
       .best_serial = twin == best ? std::function<void()>() : [s, best] { best(s->serial); },
       .openmp = [s, form] { form.step(s->openmp); },
@@ -339,19 +346,25 @@ std::vector<Kernel> fluid_kernels() {
   add("fluid/rebuild_grid", "linked_lists", false, [](auto& path) { return rebuild_grid_case(path, rebuild_grid_linked_lists); });
   add("fluid/densities", "owner_gather", false,
       [](auto& path) { return densities_case(path, serial::densities_owner_gather, densities_owner_gather); });
+  add("fluid/densities", "pair_lists", false,
+      [](auto& path) { return densities_case(path, serial::densities_pair_lists, densities_pair_lists); });
   add("fluid/densities", "sub_grid", true,
       [](auto& path) { return densities_case(path, serial::densities_symmetric, densities_sub_grid); });
   add("fluid/densities", "cell_locks", true,
       [](auto& path) { return densities_case(path, serial::densities_symmetric, densities_cell_locks); });
   add("fluid/forces", "owner_gather", false,
-      [](auto& path) { return forces_case(path, serial::forces_owner_gather, forces_owner_gather); });
-  add("fluid/forces", "sub_grid", true, [](auto& path) { return forces_case(path, serial::forces_symmetric, forces_sub_grid); });
-  add("fluid/forces", "cell_locks", true, [](auto& path) { return forces_case(path, serial::forces_symmetric, forces_cell_locks); });
+      [](auto& path) { return forces_case(path, serial::densities_owner_gather, serial::forces_owner_gather, forces_owner_gather); });
+  add("fluid/forces", "pair_lists", false,
+      [](auto& path) { return forces_case(path, serial::densities_pair_lists, serial::forces_pair_lists, forces_pair_lists); });
+  add("fluid/forces", "sub_grid", true, [](auto& path) { return forces_case(path, nullptr, serial::forces_symmetric, forces_sub_grid); });
+  add("fluid/forces", "cell_locks", true,
+      [](auto& path) { return forces_case(path, nullptr, serial::forces_symmetric, forces_cell_locks); });
   add("fluid/collisions", "", false, collisions_case);
   add("fluid/advance", "", false, advance_case);
   for (const StepForm& form : step_forms)
     if (form.variant == "openmp")
-      add("fluid/step", form.name.c_str(), form.name != "owner_gather", [form](auto& path) { return step_case(path, form); });
+      add("fluid/step", form.name.c_str(), form.name != "owner_gather" && form.name != "pair_lists",
+          [form](auto& path) { return step_case(path, form); });
   for (Kernel& kernel : kernels)
     if (kernel.name == "fluid/step")
       kernel.bench_scenes = {scene("dam_break_5k"), scene("dam_break_35k"), scene("dam_break_100k"), scene("dam_break_500k")};

@@ -16,6 +16,7 @@ struct StepForm {
 // Of each variant, the form that `run` takes unless told otherwise comes first.
 inline const StepForm step_forms[] = {
     {"serial", "symmetric", fluid::serial::step_symmetric},       {"serial", "owner_gather", fluid::serial::step_owner_gather},
+    {"serial", "pair_lists", fluid::serial::step_pair_lists},     {"openmp", "pair_lists", fluid::openmp::step_pair_lists},
     {"openmp", "owner_gather", fluid::openmp::step_owner_gather}, {"openmp", "sub_grid", fluid::openmp::step_sub_grid},
     {"openmp", "cell_locks", fluid::openmp::step_cell_locks},
 };

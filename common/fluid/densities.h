@@ -23,14 +23,15 @@ using Densities = void(const Model<Real>& model, const Grid<Real>& grid, const P
                        std::span<Real> density);
 
 namespace serial {
-Densities<float> densities_symmetric, densities_owner_gather;
-Densities<double> densities_symmetric, densities_owner_gather;
+Densities<float> densities_symmetric, densities_owner_gather, densities_pair_lists;
+Densities<double> densities_symmetric, densities_owner_gather, densities_pair_lists;
 }  // namespace serial
 
 namespace openmp {
 Densities<float> densities_cell_locks;    // symmetric, every update of a cell under that cell's lock
 Densities<float> densities_sub_grid;      // symmetric, locks only for cells that two threads' sub-grids touch
 Densities<float> densities_owner_gather;  // each particle sums its own neighbours: twice the tests, no lock
+Densities<float> densities_pair_lists;    // symmetric, a plane of cells at a time in scratch of its own: no lock
 }  // namespace openmp
 
 }  // namespace lockstep::fluid

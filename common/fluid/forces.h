@@ -24,14 +24,15 @@ using Forces = void(const Model<Real>& model, const Grid<Real>& grid, const Part
                     std::span<const Real> density, Vectors<Real>& acceleration);
 
 namespace serial {
-Forces<float> forces_symmetric, forces_owner_gather;
-Forces<double> forces_symmetric, forces_owner_gather;
+Forces<float> forces_symmetric, forces_owner_gather, forces_pair_lists;
+Forces<double> forces_symmetric, forces_owner_gather, forces_pair_lists;
 }  // namespace serial
 
 namespace openmp {
 Forces<float> forces_cell_locks;    // symmetric, every update of a cell under that cell's lock
 Forces<float> forces_sub_grid;      // symmetric, locks only for cells that two threads' sub-grids touch
 Forces<float> forces_owner_gather;  // each particle sums its own neighbours: twice the terms, no lock
+Forces<float> forces_pair_lists;    // symmetric over the pairs that the densities noted; a plane of cells at a time in scratch of its own: no lock
 }  // namespace openmp
 
 }  // namespace lockstep::fluid

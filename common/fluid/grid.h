@@ -43,6 +43,13 @@ Run row_run(const Grid<Real>& grid, int x_first, int x_last, int y, int z) {
   return {grid.cell_begin[grid.cell(first, y, z)], grid.cell_begin[grid.cell(last, y, z) + 1]};
 }
 
+// The particles of planes z_first .. z_last of cells, clamped to the grid.
+template <class Real>
+Run plane_run(const Grid<Real>& grid, int z_first, int z_last) {
+  const int last = z_last < grid.z.cells ? z_last : grid.z.cells - 1;
+  return {grid.cell_begin[grid.cell(0, 0, z_first)], grid.cell_begin[grid.cell(0, 0, last + 1)]};
+}
+
 // Up to nine runs, to be walked by a range-based for.
 struct Runs {
   std::array<Run, 9> run;

@@ -19,20 +19,27 @@ template <class Real>
 struct Neighbours {
   std::vector<Array<std::int32_t>> row;  // [row of cells z * grid.y.cells + y]: indices of particles, as they stand in the arrays
   Array<std::int32_t> end;               // [particle]: into its row's array; the next particle's list begins there
-  Array<Real> record;                    // [8 particle + k]: scratch of the forces, where they want a particle's numbers side by side
+  Array<Real> record;                    // [8 particle + k]: scratch of openmp/, say where it wants a particle's numbers side by side
+
+  // Of the pair lists, where every pair stands once, in the list of the particle that comes first in cell order. Kept a plane of
+  // cells at a time, and end[i] then points into the plane's arrays, which go on for at least sixteen elements likewise.
+  std::vector<Array<std::int32_t>> plane;  // [z]: indices of particles
+  std::vector<Array<Real>> distance_2;     // [z]: how far the two are apart, m^2
 };
 
 template <class Real>
 Neighbours<Real> make_neighbours(const Grid<Real>& grid, int particles) {
   Neighbours<Real> neighbours;
   neighbours.row.resize(grid.y.cells * grid.z.cells);
+  neighbours.plane.resize(grid.z.cells);
+  neighbours.distance_2.resize(grid.z.cells);
   neighbours.end.resize(padded(particles));
   neighbours.record.resize(8 * padded(particles));
   return neighbours;
 }
 
 // Asks, before a list is written, that they all fit: a particle's list is as long as there are particles within h, and if all
-// of them crowd into one cell that is all of them. Throws InputError where a row's lists might pass what int32 counts, or all
+// of them crowd into one cell that is all of them. Throws InputError where a plane's lists might pass what int32 counts, or all
 // of them the machine's memory; the symmetric forms, which keep no lists, can still run such a state.
 template <class Real>
 void require_lists_fit(const Grid<Real>& grid) {
@@ -42,18 +49,18 @@ void require_lists_fit(const Grid<Real>& grid) {
   if (27. * crowd * grid.cell_begin.back() * entry < surely_fits) return;
 
   double all = 0, longest = 0;
-  for (int z = 0; z < grid.z.cells; ++z)
-    for (int y = 0; y < grid.y.cells; ++y) {
-      double row = 0;
+  for (int z = 0; z < grid.z.cells; ++z) {
+    double plane = 0;
+    for (int y = 0; y < grid.y.cells; ++y)
       for (int x = 0; x < grid.x.cells; ++x) {
         const Run own = row_run(grid, x, x, y, z);
         double candidates = 0;
         for (const Run& run : neighbour_runs(grid, x, y, z)) candidates += run.end - run.begin;
-        row += (own.end - own.begin) * candidates;
+        plane += (own.end - own.begin) * candidates;
       }
-      all += row;
-      longest = std::max(longest, row);
-    }
+    all += plane;
+    longest = std::max(longest, plane);
+  }
   constexpr double most = 1 << 30;  // lists grow by doubling
   if (longest > most) throw InputError("up to " + std::to_string(crowd) + " particles in a cell: too crowded for lists of neighbours");
   require_memory(all * entry, "up to " + std::to_string(crowd) + " particles in a cell: lists of neighbours");

@@ -92,6 +92,39 @@ LOCKSTEP_INLINE Records load_records(const float* records, const std::int32_t* i
   return r;
 }
 
+LOCKSTEP_INLINE void store_records(float* records, const std::int32_t* index, const Records& r) {
+  __m256 low[8], high[8];
+  for (int f = 0; f < 8; ++f) low[f] = r.field[f].lo, high[f] = r.field[f].hi;
+  transpose(low);
+  transpose(high);
+  for (int l = 0; l < 8; ++l) {
+    _mm256_store_ps(records + 8 * index[l], low[l]);
+    _mm256_store_ps(records + 8 * index[l + 8], high[l]);
+  }
+}
+
+struct recordv {
+  __m256 v;
+  recordv() = default;
+  LOCKSTEP_INLINE recordv(__m256 v) : v(v) {}
+  LOCKSTEP_INLINE recordv(float x) : v(_mm256_set1_ps(x)) {}
+};
+LOCKSTEP_INLINE recordv load_record(const float* p) { return _mm256_load_ps(p); }
+LOCKSTEP_INLINE void store_record(float* p, recordv r) { _mm256_store_ps(p, r.v); }
+LOCKSTEP_INLINE recordv repeat_pair(const float* p) { return _mm256_castpd_ps(_mm256_broadcast_sd(reinterpret_cast<const double*>(p))); }
+LOCKSTEP_INLINE recordv operator+(recordv a, recordv b) { return a.v + b.v; }
+LOCKSTEP_INLINE recordv operator-(recordv a, recordv b) { return a.v - b.v; }
+LOCKSTEP_INLINE recordv operator*(recordv a, recordv b) { return a.v * b.v; }
+LOCKSTEP_INLINE void store_pairs(float* p, __m256 a, __m256 b) {
+  const __m256 low = _mm256_unpacklo_ps(a, b), high = _mm256_unpackhi_ps(a, b);
+  _mm256_storeu_ps(p, _mm256_permute2f128_ps(low, high, 0x20));
+  _mm256_storeu_ps(p + 8, _mm256_permute2f128_ps(low, high, 0x31));
+}
+LOCKSTEP_INLINE void store_pairs(float* p, floatv a, floatv b) {
+  store_pairs(p, a.lo, b.lo);
+  store_pairs(p + 16, a.hi, b.hi);
+}
+
 struct Quads {
   floatv field[4];
 };

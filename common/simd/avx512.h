@@ -75,6 +75,49 @@ LOCKSTEP_INLINE Records load_records(const float* records, const std::int32_t* i
   return r;
 }
 
+// Rounds of shuffles within quarters make quarters of records; then the two quarters of each record are put side by side.
+LOCKSTEP_INLINE void store_records(float* records, const std::int32_t* index, const Records& r) {
+  __m512d quarter[8];  // [4 half + k]: that half of records k, k + 4, k + 8, k + 12
+  for (int f = 0; f < 8; f += 4) {
+    const __m512d low_a = _mm512_castps_pd(_mm512_unpacklo_ps(r.field[f].v, r.field[f + 1].v));
+    const __m512d high_a = _mm512_castps_pd(_mm512_unpackhi_ps(r.field[f].v, r.field[f + 1].v));
+    const __m512d low_b = _mm512_castps_pd(_mm512_unpacklo_ps(r.field[f + 2].v, r.field[f + 3].v));
+    const __m512d high_b = _mm512_castps_pd(_mm512_unpackhi_ps(r.field[f + 2].v, r.field[f + 3].v));
+    quarter[f] = _mm512_unpacklo_pd(low_a, low_b);
+    quarter[f + 1] = _mm512_unpackhi_pd(low_a, low_b);
+    quarter[f + 2] = _mm512_unpacklo_pd(high_a, high_b);
+    quarter[f + 3] = _mm512_unpackhi_pd(high_a, high_b);
+  }
+  const __m512i first_two = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11), last_two = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
+  const auto put = [&](int l, __m512d two) {
+    _mm256_store_pd(reinterpret_cast<double*>(records + 8 * index[l]), _mm512_castpd512_pd256(two));
+    _mm256_store_pd(reinterpret_cast<double*>(records + 8 * index[l + 4]), _mm512_extractf64x4_pd(two, 1));
+  };
+  for (int k = 0; k < 4; ++k) {
+    put(k, _mm512_permutex2var_pd(quarter[k], first_two, quarter[k + 4]));
+    put(k + 8, _mm512_permutex2var_pd(quarter[k], last_two, quarter[k + 4]));
+  }
+}
+
+struct recordv {
+  __m256 v;
+  recordv() = default;
+  LOCKSTEP_INLINE recordv(__m256 v) : v(v) {}
+  LOCKSTEP_INLINE recordv(float x) : v(_mm256_set1_ps(x)) {}
+};
+LOCKSTEP_INLINE recordv load_record(const float* p) { return _mm256_load_ps(p); }
+LOCKSTEP_INLINE void store_record(float* p, recordv r) { _mm256_store_ps(p, r.v); }
+LOCKSTEP_INLINE recordv repeat_pair(const float* p) { return _mm256_castpd_ps(_mm256_broadcast_sd(reinterpret_cast<const double*>(p))); }
+LOCKSTEP_INLINE recordv operator+(recordv a, recordv b) { return a.v + b.v; }
+LOCKSTEP_INLINE recordv operator-(recordv a, recordv b) { return a.v - b.v; }
+LOCKSTEP_INLINE recordv operator*(recordv a, recordv b) { return a.v * b.v; }
+LOCKSTEP_INLINE void store_pairs(float* p, floatv a, floatv b) {
+  const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+  const __m512i high = _mm512_setr_epi32(8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
+  _mm512_storeu_ps(p, _mm512_permutex2var_ps(a.v, low, b.v));
+  _mm512_storeu_ps(p + 16, _mm512_permutex2var_ps(a.v, high, b.v));
+}
+
 struct Quads {
   floatv field[4];
 };

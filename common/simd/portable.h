@@ -93,6 +93,46 @@ LOCKSTEP_INLINE Records load_records(const float* records, const std::int32_t* i
   return r;
 }
 
+LOCKSTEP_INLINE void store_records(float* records, const std::int32_t* index, const Records& r) {
+  for (int l = 0; l < lanes; ++l)
+    for (int f = 0; f < 8; ++f) records[8 * index[l] + f] = r.field[f].lane[l];
+}
+
+struct recordv {
+  float field[8];
+  recordv() = default;
+  LOCKSTEP_INLINE recordv(float x) {
+    for (float& y : field) y = x;
+  }
+};
+template <class F>
+LOCKSTEP_INLINE recordv make_record(F f) {
+  recordv r;
+  for (int k = 0; k < 8; ++k) r.field[k] = f(k);
+  return r;
+}
+LOCKSTEP_INLINE recordv load_record(const float* p) {
+  return make_record([&](int f) { return p[f]; });
+}
+LOCKSTEP_INLINE void store_record(float* p, recordv r) {
+  for (int f = 0; f < 8; ++f) p[f] = r.field[f];
+}
+LOCKSTEP_INLINE recordv repeat_pair(const float* p) {
+  return make_record([&](int f) { return p[f % 2]; });
+}
+LOCKSTEP_INLINE recordv operator+(recordv a, recordv b) {
+  return make_record([&](int f) { return a.field[f] + b.field[f]; });
+}
+LOCKSTEP_INLINE recordv operator-(recordv a, recordv b) {
+  return make_record([&](int f) { return a.field[f] - b.field[f]; });
+}
+LOCKSTEP_INLINE recordv operator*(recordv a, recordv b) {
+  return make_record([&](int f) { return a.field[f] * b.field[f]; });
+}
+LOCKSTEP_INLINE void store_pairs(float* p, floatv a, floatv b) {
+  for (int l = 0; l < lanes; ++l) p[2 * l] = a.lane[l], p[2 * l + 1] = b.lane[l];
+}
+
 struct Quads {
   floatv field[4];
 };

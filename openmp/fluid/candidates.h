@@ -5,6 +5,7 @@
 // vector. Packed once, the candidates serve all particles of the cell as full vectors, from the first-level cache.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 
@@ -17,6 +18,7 @@ namespace lockstep::fluid::openmp {
 struct Candidates {
   Array<float> x, y, z;
   Array<std::int32_t> index;
+  Array<float> sum;  // for the caller
   int count = 0;
 
   // What fills up the last vector: no comparison with it is true, so it is within h of no particle, wherever that is.
@@ -29,13 +31,55 @@ struct Candidates {
   };
   Pointers pointers() const { return {x.data(), y.data(), z.data(), index.data(), count}; }
 
+  // Room for n, and for the vector that is written beyond them.
+  void make_room(int n) {
+    if (x.size() >= padded(n)) return;
+    for (Array<float>* component : {&x, &y, &z, &sum}) component->resize(2 * padded(n));
+    index.resize(2 * padded(n));
+  }
+
+  // One component is enough.
+  void end_with_nowhere() { store(&x[count], floatv(nowhere)); }
+
+  // Of the particles in `runs`, those within h of the box around the particles `own`: all that may be within h of one of these.
+  // The distance to the box is computed as the distance to a particle is, only from smaller differences, and rounding keeps order: it
+  // never comes out larger.
+  void pack_near(const Run& own, const Runs& runs, const Vectors<float>& position, float h2) {
+    constexpr float infinite = std::numeric_limits<float>::infinity();
+    Vector3<float> low = {infinite, infinite, infinite}, high = {-infinite, -infinite, -infinite};
+    int room = 0;
+    for (const Run& run : runs) room += run.end - run.begin;
+    make_room(room);
+    const float *from_x = position.x.data(), *from_y = position.y.data(), *from_z = position.z.data();
+    for (int i = own.begin; i < own.end; ++i) {
+      low = {std::min(low.x, from_x[i]), std::min(low.y, from_y[i]), std::min(low.z, from_z[i])};
+      high = {std::max(high.x, from_x[i]), std::max(high.y, from_y[i]), std::max(high.z, from_z[i])};
+    }
+    const floatv low_x = low.x, low_y = low.y, low_z = low.z, high_x = high.x, high_y = high.y, high_z = high.z;
+    float *to_x = x.data(), *to_y = y.data(), *to_z = z.data();
+    std::int32_t* to_index = index.data();
+    int k = 0;
+    for (const Run& run : runs)
+      for (int j = run.begin; j < run.end; j += lanes) {
+        const floatv x_j = load(from_x + j), y_j = load(from_y + j), z_j = load(from_z + j);
+        const floatv dx = x_j - min(max(x_j, low_x), high_x);
+        const floatv dy = y_j - min(max(y_j, low_y), high_y);
+        const floatv dz = z_j - min(max(z_j, low_z), high_z);
+        const maskv near = first_lanes(run.end - j) & (dx * dx + dy * dy + dz * dz < h2);
+        store(to_x + k, compress(near, x_j));
+        store(to_y + k, compress(near, y_j));
+        store(to_z + k, compress(near, z_j));
+        store(to_index + k, compress(near, lane_index() + j));
+        k += lockstep::count(near);
+      }
+    count = k;
+    end_with_nowhere();
+  }
+
   void pack(const Runs& runs, const Vectors<float>& position) {
     count = 0;
     for (const Run& run : runs) count += run.end - run.begin;
-    if (x.size() < padded(count)) {
-      for (Array<float>* component : {&x, &y, &z}) component->resize(2 * padded(count));
-      index.resize(2 * padded(count));
-    }
+    make_room(count);
     float *to_x = x.data(), *to_y = y.data(), *to_z = z.data();
     std::int32_t* to_index = index.data();
     const float *from_x = position.x.data(), *from_y = position.y.data(), *from_z = position.z.data();
@@ -51,9 +95,7 @@ struct Candidates {
       }
       k += run.end - run.begin;
     }
-    store(&x[count], floatv(nowhere));
-    store(&y[count], floatv(nowhere));
-    store(&z[count], floatv(nowhere));
+    end_with_nowhere();
   }
 };
 

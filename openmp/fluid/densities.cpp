@@ -10,6 +10,16 @@
 // side, so that all particles of the cell test full vectors of them. No lock, and the same bits at every thread count. Whom it
 // found it notes, the lanes that hit moved together, so that the forces need not look again and get vectors that are full.
 //
+// Pair lists: every pair is met once, without locks. The pairs of the particles of plane z of cells with what follows them in
+// cell order reach planes z and z + 1 and no others, and the particles of both stand side by side. Whoever works on a plane adds up in
+// scratch of its own for these two; what came out for plane z goes to one array, what came out for plane z + 1 to another, `reaction`:
+//
+//     plane z - 1    own z - 1   reaction z                   So every element of both arrays is written once,
+//     plane z                    own z       reaction z + 1   and a particle's total is own + reaction.
+//
+// Two planes fit a core's own cache, which is where the adding happens. The same bits at every thread count. Candidates are packed
+// as for owner-gather, but only those that are near the cell's particles.
+//
 // About 15 % of the pairs tested lie within h; the rest are lanes that add zero. notes/fluid.md says what that costs.
 //
 // Source: [Mueller 2003]; [LRB08] Figure 9. The contract stands in common/fluid/densities.h.
@@ -73,8 +83,47 @@ void densities_symmetric(const Model<Real>& model, const Grid<Real>& grid, const
 }
 
 // Room in a list for n neighbours, written a whole vector at a time; what it grows by is zero, the index of a particle there is.
-void make_room(Array<std::int32_t>& list, std::size_t n) {
+template <class T>
+void make_room(Array<T>& list, std::size_t n) {
   if (list.size() < padded(n)) list.resize(2 * padded(n));
+}
+
+// Where pairs are noted, see neighbours.h.
+struct Lists {
+  std::int32_t* list;
+  Real* distance_2;
+  std::int32_t* end;
+};
+
+// Tests the particles of a cell with what the cell's candidates hold that comes later in cell order, so that each pair is met once.
+// Notes the pairs from `end` on and returns where they end; adds their terms to sum_of both particles.
+int find_pairs(const Run own, Candidates& candidates, const Vectors<Real>& position, const Real h2, const Lists to, int end, Real* sum_of) {
+  // Held in registers: to the compiler, the stores below could change what arrays point to.
+  const auto [cx, cy, cz, index, count] = candidates.pointers();
+  float* const sums = candidates.sum.data();
+  const Real *px = position.x.data(), *py = position.y.data(), *pz = position.z.data();
+  for (int k = 0; k < count; k += lanes) store(sums + k, floatv(0.f));
+  for (int i = own.begin; i < own.end; ++i) {
+    const floatv x_i = px[i], y_i = py[i], z_i = pz[i];
+    floatv sum = 0;
+    for (int k = 0; k < count; k += lanes) {
+      const intv j = load(index + k);
+      const floatv dx = x_i - load(cx + k), dy = y_i - load(cy + k), dz = z_i - load(cz + k);
+      const floatv r2 = dx * dx + dy * dy + dz * dz;
+      const maskv near = (r2 < h2) & (j > i);
+      const floatv t = select(near, h2 - r2, 0.f);
+      const floatv term = t * t * t;
+      sum += term;
+      store(sums + k, load(sums + k) + term);
+      store(to.list + end, compress(near, j));
+      store(to.distance_2 + end, compress(near, r2));
+      end += lockstep::count(near);
+    }
+    to.end[i] = end;
+    sum_of[i] += reduce_add(sum);
+  }
+  for (int k = 0; k < count; ++k) sum_of[index[k]] += sums[k];
+  return end;
 }
 
 }  // namespace
@@ -132,6 +181,48 @@ void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, co
         }
       }
     }
+  }
+}
+
+void densities_pair_lists(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>& neighbours,
+                          std::span<Real> density) {
+  const Real h2 = model.smoothing_length_2;
+  Real* const reaction = neighbours.record.data();
+  require_lists_fit(grid);
+
+#pragma omp parallel
+  {
+    Candidates candidates;
+    Array<Real> sums;
+    // A plane writes the lists and the densities of its own particles and the reaction of the next plane's, and no other does.
+#pragma omp for schedule(dynamic)
+    for (int z = 0; z < grid.z.cells; ++z) {
+      const Run own = plane_run(grid, z, z), both = plane_run(grid, z, z + 1);
+      sums.assign(padded(both.end - both.begin), 0);
+      Array<std::int32_t>& list = neighbours.plane[z];
+      Array<Real>& distance_2 = neighbours.distance_2[z];
+      int end = 0;
+      make_room(list, 0);
+      make_room(distance_2, 0);
+      for (int y = 0; y < grid.y.cells; ++y)
+        for (int x = 0; x < grid.x.cells; ++x) {
+          const Run cell = row_run(grid, x, x, y, z);
+          if (cell.begin == cell.end) continue;
+          candidates.pack_near(cell, forward_runs(grid, x, y, z), particles.position, h2);
+          const int room = end + (cell.end - cell.begin) * candidates.count;
+          make_room(list, room);
+          make_room(distance_2, room);
+          const Lists lists = {list.data(), distance_2.data(), neighbours.end.data()};
+          end = find_pairs(cell, candidates, particles.position, h2, lists, end, sums.data() - both.begin);
+        }
+      std::copy_n(sums.begin(), own.end - own.begin, density.begin() + own.begin);
+      std::copy(sums.begin() + (own.end - own.begin), sums.begin() + (both.end - both.begin), reaction + own.end);
+      if (z == 0) std::fill(reaction, reaction + own.end, 0.f);
+    }
+
+    // Every element is one thread's.
+#pragma omp for simd schedule(static)
+    for (int i = 0; i < particles.count; ++i) density[i] = (h2 * h2 * h2 + density[i] + reaction[i]) * model.density_coefficient;
   }
 }
 

@@ -7,6 +7,16 @@
 // itself. List entries are scattered over memory, so what a pair needs of a particle is first put side by side: one access a
 // neighbour instead of seven, turned into lanes by shuffles. No lock, and the same bits at every thread count.
 //
+// Pair lists: every pair is met once, without locks. The pairs of the particles of plane z of cells with what follows them in
+// cell order reach planes z and z + 1 and no others, and the particles of both stand side by side. Whoever works on a plane adds up in
+// scratch of its own for these two; what came out for plane z goes to one array, what came out for plane z + 1 to another, `reaction`:
+//
+//     plane z - 1    own z - 1   reaction z                   So every element of both arrays is written once,
+//     plane z                    own z       reaction z + 1   and a particle's total is own + reaction.
+//
+// A pair has two steps: what is arithmetic on numbers alone runs in full vectors over the pairs of a row; then, pair by
+// pair, all components of a term are computed at once and go to both particles.
+//
 // Source: [Mueller 2003]; [LRB08] Figure 9. The contract with the equation stands in common/fluid/forces.h.
 #include "common/fluid/forces.h"
 
@@ -36,6 +46,80 @@ LOCKSTEP_INLINE Lanes3 pair_acceleration(const Model<Real>& model, Real density_
   return {dx * pressure + dvx * viscosity,  //
           dy * pressure + dvy * viscosity,  //
           dz * pressure + dvz * viscosity};
+}
+
+// Of pairs k < n: by what factors the differences of two particles' positions and velocities go into their accelerations.
+void pair_factors(const Model<Real>& model, const Real* density_i, const Real* density_j, const Real* distance_2, int n, Real* factors) {
+  const floatv min_distance_2 = model.min_distance_2, smoothing_length = model.smoothing_length;
+  const floatv twice_rest_density = model.twice_rest_density;
+  const floatv pressure_coefficient = model.pressure_coefficient, viscosity_coefficient = model.viscosity_coefficient;
+  for (int k = 0; k < n; k += lanes) {
+    const floatv rho_i = load(density_i + k), rho_j = load(density_j + k);
+    const floatv distance = sqrt(max(load(distance_2 + k), min_distance_2));
+    const floatv overlap = smoothing_length - distance;
+    const floatv scale = overlap / (rho_i * rho_j * distance);  // the one division
+    const floatv pressure = pressure_coefficient * scale * overlap * (rho_i + rho_j - twice_rest_density);
+    const floatv viscosity = viscosity_coefficient * scale * distance;
+    store_pairs(factors + 2 * k, pressure, -viscosity);
+  }
+}
+
+// What the forces need of a particle, in one cache line: position and velocity, x of both first, then y, then z; and in the
+// same places what its pairs have added up to so far, by pressure and by viscosity.
+struct alignas(64) Body {
+  Real state[8], sum[8];
+};
+
+// Adds the terms of the pairs of particles `own` to both. body is indexed as particles are.
+void add_pairs(const Run own, int k, const std::int32_t* end, const std::int32_t* list, const Real* factors, Body* body) {
+  for (int i = own.begin; i < own.end; ++i) {
+    const recordv state_i = load_record(body[i].state);
+    recordv sum = 0.f;
+    for (const int end_i = end[i]; k < end_i; ++k) {
+      Body& other = body[list[k]];
+      const recordv term = (state_i - load_record(other.state)) * repeat_pair(factors + 2 * k);
+      sum = sum + term;
+      store_record(other.sum, load_record(other.sum) - term);
+    }
+    store_record(body[i].sum, load_record(body[i].sum) + sum);
+  }
+}
+
+// Which records the states (which = 0) or sums (which = 1) of bodies i .. i + 15 are, counted from body[0].
+struct BodyRecords {
+  alignas(array_alignment) std::int32_t index[lanes];
+  LOCKSTEP_INLINE BodyRecords(int i, int which) { store(index, (lane_index() + i) * 2 + which); }
+};
+
+// Sixteen at once, and so up to fifteen more than asked for.
+void make_bodies(const Run run, const Particles<Real>& particles, Body* body) {
+  const Vectors<Real>&p = particles.position, &v = particles.velocity;
+  for (int i = run.begin; i < run.end; i += lanes) {
+    const Records state = {{load(&p.x[i]), load(&v.x[i]), load(&p.y[i]), load(&v.y[i]), load(&p.z[i]), load(&v.z[i]), 0.f, 0.f}};
+    store_records(body->state, BodyRecords(i, 0).index, state);
+    for (int l = 0; l < lanes; ++l) store_record(body[i + l].sum, 0.f);
+  }
+}
+
+void write_sums(const Run run, const Body* body, Real* x, Real* y, Real* z) {
+  for (int i = run.begin; i < run.end; i += lanes) {
+    const maskv inside = first_lanes(run.end - i);
+    const auto [px, vx, py, vy, pz, vz, unused, unused_too] = load_records(body->state, BodyRecords(i, 1).index).field;
+    store(x + i, px + vx, inside), store(y + i, py + vy, inside), store(z + i, pz + vz, inside);
+  }
+}
+
+// The densities of both particles of every pair, side by side.
+void fetch_densities(const Run own, int k, const std::int32_t* end, const std::int32_t* list, const Real* density, Real* density_i,
+                     Real* density_j) {
+#pragma GCC unroll 4
+  for (int l = k, last = end[own.end - 1]; l < last; ++l) density_j[l] = density[list[l]];
+  for (int i = own.begin; i < own.end; ++i) {
+    const int end_i = end[i];
+    const floatv rho = density[i];
+    for (; k < end_i; k += lanes) store(density_i + k, rho);  // what is written beyond the list, the next one overwrites
+    k = end_i;
+  }
 }
 
 void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, std::span<const Real> density,
@@ -144,6 +228,55 @@ void forces_owner_gather(const Model<Real>& model, const Grid<Real>& grid, const
         acceleration.y[i] = model.gravity.y + reduce_add(sum.y);
         acceleration.z[i] = model.gravity.z + reduce_add(sum.z);
       }
+    }
+  }
+}
+
+void forces_pair_lists(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>& neighbours,
+                       std::span<const Real> density, Vectors<Real>& acceleration) {
+  const int padded_count = static_cast<int>(padded(particles.count));
+  Real* const reaction = neighbours.record.data();  // x of all particles, then y, then z
+
+#pragma omp parallel
+  {
+    Array<Body> bodies;
+    Array<Real> density_i, density_j, factors;
+    // A plane writes the accelerations of its own particles and the reaction of the next plane's, and no other does.
+#pragma omp for schedule(dynamic)
+    for (int z = 0; z < grid.z.cells; ++z) {
+      const Run plane = plane_run(grid, z, z), both = plane_run(grid, z, z + 1);
+      bodies.resize(std::max<std::size_t>(bodies.size(), padded(both.end - both.begin)));
+      Body* const body = bodies.data() - both.begin;
+      make_bodies(both, particles, body);
+      const std::int32_t *const list = neighbours.plane[z].data(), *const end = neighbours.end.data();
+      const Real* const distance_2 = neighbours.distance_2[z].data();
+      int first = 0;
+      for (int y = 0; y < grid.y.cells; ++y) {
+        const Run own = row_run(grid, 0, grid.x.cells - 1, y, z);
+        if (own.begin == own.end) continue;
+        const int pairs = end[own.end - 1] - first;
+        if (density_i.size() < padded(pairs)) {
+          density_i.resize(2 * padded(pairs));
+          density_j.resize(2 * padded(pairs));
+          factors.resize(4 * padded(pairs));
+        }
+        fetch_densities(own, first, end, list, density.data(), density_i.data() - first, density_j.data() - first);
+        pair_factors(model, density_i.data(), density_j.data(), distance_2 + first, pairs, factors.data());
+        add_pairs(own, first, end, list, factors.data() - 2 * first, body);
+        first += pairs;
+      }
+      write_sums({plane.begin, plane.end}, body, acceleration.x.data(), acceleration.y.data(), acceleration.z.data());
+      write_sums({plane.end, both.end}, body, reaction, reaction + padded_count, reaction + 2 * padded_count);
+      if (z == 0)
+        for (int k = 0; k < 3; ++k) std::fill_n(reaction + k * padded_count, plane.end, 0.f);
+    }
+
+    // Every element is one thread's.
+#pragma omp for simd schedule(static)
+    for (int i = 0; i < particles.count; ++i) {
+      acceleration.x[i] = model.gravity.x + (acceleration.x[i] + reaction[i]);
+      acceleration.y[i] = model.gravity.y + (acceleration.y[i] + reaction[i + padded_count]);
+      acceleration.z[i] = model.gravity.z + (acceleration.z[i] + reaction[i + 2 * padded_count]);
     }
   }
 }

@@ -44,10 +44,36 @@ void move(const Particles<Real>& from, int i, Particles<Real>& to, int k) {
   move(from.velocity, i, to.velocity, k);
 }
 
+// Calls visit(i, cell of i) for the particles of a share, whose cells are computed some vectors at a time.
+template <class Visit>
+void for_each_cell(const Grid<Real>& grid, const Vectors<Real>& position, const Share& share, const Visit& visit) {
+  constexpr int chunk = 64 * lanes;
+  alignas(array_alignment) std::int32_t cell[chunk];
+  for (int first = share.begin; first < share.end; first += chunk) {
+    const int last = std::min(first + chunk, share.end);
+    for (int i = first; i < last; i += lanes) store(cell + (i - first), cell_of(grid, position, i));
+    for (int i = first; i < last; ++i) visit(i, cell[i - first]);
+  }
+}
+
+// sorted[k] = old[from[k]]
+template <class T>
+void fetch(const Array<T>& old, const std::int32_t* from, const Share& mine, Array<T>& sorted) {
+  const T* const src = old.data();
+  T* const dst = sorted.data();
+  for (int k = mine.begin; k < mine.end; ++k) dst[k] = src[from[k]];
+}
+
+void fetch(const Vectors<Real>& old, const std::int32_t* from, const Share& mine, Vectors<Real>& sorted) {
+  fetch(old.x, from, mine, sorted.x);
+  fetch(old.y, from, mine, sorted.y);
+  fetch(old.z, from, mine, sorted.z);
+}
+
 }  // namespace
 
 void rebuild_grid_counting_sort(Grid<Real>& grid, Particles<Real>& particles, Particles<Real>& sorted) {
-  Array<std::int32_t> cell(padded(particles.count));
+  std::int32_t* const from = sorted.id.data();                   // from[k]: where particle k comes from; until the ids go there
   std::vector<Array<std::int32_t>> next(omp_get_max_threads());  // next[t][c] is the next free place of cell c for thread t
   std::vector<std::int32_t> total(omp_get_max_threads() + 1);
 
@@ -58,8 +84,8 @@ void rebuild_grid_counting_sort(Grid<Real>& grid, Particles<Real>& particles, Pa
     const int thread = omp_get_thread_num(), threads = omp_get_num_threads();
     const Share mine = my_share(particles.count), cells = my_share(grid.cells());
     next[thread].assign(grid.cells(), 0);
-    for (int i = mine.begin; i < mine.end; i += lanes) store(&cell[i], cell_of(grid, particles.position, i));
-    for (int i = mine.begin; i < mine.end; ++i) ++next[thread][cell[i]];
+    std::int32_t* const my_next = next[thread].data();
+    for_each_cell(grid, particles.position, mine, [&](int, std::int32_t cell) { ++my_next[cell]; });
 #pragma omp barrier
 
     // The sums within this thread's share of the cells, then what stands before that share.
@@ -77,7 +103,13 @@ void rebuild_grid_counting_sort(Grid<Real>& grid, Particles<Real>& particles, Pa
     }
 #pragma omp barrier
 
-    for (int i = mine.begin; i < mine.end; ++i) move(particles, i, sorted, next[thread][cell[i]]++);
+    for_each_cell(grid, particles.position, mine, [&](int i, std::int32_t cell) { from[my_next[cell]++] = i; });
+#pragma omp barrier
+
+    fetch(particles.position, from, mine, sorted.position);
+    fetch(particles.half_velocity, from, mine, sorted.half_velocity);
+    fetch(particles.velocity, from, mine, sorted.velocity);
+    for (int k = mine.begin; k < mine.end; ++k) sorted.id[k] = particles.id[from[k]];
   }
   grid.cell_begin[grid.cells()] = particles.count;
   std::swap(particles, sorted);

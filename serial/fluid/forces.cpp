@@ -83,4 +83,29 @@ void forces_owner_gather(const Model<Real>& model, const Grid<Real>& grid, const
   }
 }
 
+void forces_pair_lists(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>& neighbours,
+                       std::span<const Real> density, Vectors<Real>& acceleration) {
+  const Vectors<Real>& p = particles.position;
+  std::fill(acceleration.x.begin(), acceleration.x.end(), model.gravity.x);
+  std::fill(acceleration.y.begin(), acceleration.y.end(), model.gravity.y);
+  std::fill(acceleration.z.begin(), acceleration.z.end(), model.gravity.z);
+
+  for (int z = 0; z < grid.z.cells; ++z) {
+    const Run own = plane_run(grid, z, z);
+    const Array<std::int32_t>& list = neighbours.plane[z];
+    int k = 0;
+    for (int i = own.begin; i < own.end; ++i) {
+      Vector3<Real> sum = {acceleration.x[i], acceleration.y[i], acceleration.z[i]};
+      for (; k < neighbours.end[i]; ++k) {
+        const int j = list[k];
+        const Real dx = p.x[i] - p.x[j], dy = p.y[i] - p.y[j], dz = p.z[i] - p.z[j];
+        const Vector3<Real> a = pair_acceleration(model, particles, density, i, j, dx, dy, dz, neighbours.distance_2[z][k]);
+        sum.x += a.x, sum.y += a.y, sum.z += a.z;
+        acceleration.x[j] -= a.x, acceleration.y[j] -= a.y, acceleration.z[j] -= a.z;
+      }
+      acceleration.x[i] = sum.x, acceleration.y[i] = sum.y, acceleration.z[i] = sum.z;
+    }
+  }
+}
+
 }  // namespace lockstep::fluid::serial

@@ -26,5 +26,6 @@ void step(Fluid<Real>& fluid, RebuildGrid<Real> rebuild_grid, Densities<Real> de
 
 void step_symmetric(Fluid<Real>& fluid) { step(fluid, rebuild_grid, densities_symmetric, forces_symmetric); }
 void step_owner_gather(Fluid<Real>& fluid) { step(fluid, rebuild_grid, densities_owner_gather, forces_owner_gather); }
+void step_pair_lists(Fluid<Real>& fluid) { step(fluid, rebuild_grid, densities_pair_lists, forces_pair_lists); }
 
 }  // namespace lockstep::fluid::serial
