@@ -8,9 +8,9 @@
 
 #include "common/cloth/limits.h"
 #include "common/cloth/make.h"
-#include "common/cloth/obj.h"
 #include "common/cloth/scene.h"
 #include "common/cloth/vtk.h"
+#include "common/obj.h"
 #include "common/scene.h"
 #include "tests/temporary_folder.h"
 
@@ -209,11 +209,12 @@ TEST_F(ClothSceneTest, KnowsItsKind) {
   };
   EXPECT_EQ(kind("kind = \"fluid\"\n"), "fluid");
   EXPECT_EQ(kind(head + "whatever = 1\n"), "cloth");
+  EXPECT_EQ(kind("kind = \"levelset\"\n"), "levelset");
   EXPECT_EQ(kind_of_scene(path("none.fluid")), "fluid");
   const auto error = [&](const std::string& toml) { return without_folder(error_of([&] { kind(toml); })); };
   EXPECT_EQ(error("frames = 1\n"), "a.toml:1:1: kind is missing");
-  EXPECT_EQ(error("frames = 1\nkind = \"sand\"\n"), "a.toml:2:8: kind: expected \"fluid\" or \"cloth\"");
-  EXPECT_EQ(error("kind = 1\n"), "a.toml:1:8: kind: expected \"fluid\" or \"cloth\"");
+  EXPECT_EQ(error("frames = 1\nkind = \"sand\"\n"), "a.toml:2:8: kind: expected \"fluid\", \"cloth\" or \"levelset\"");
+  EXPECT_EQ(error("kind = 1\n"), "a.toml:1:8: kind: expected \"fluid\", \"cloth\" or \"levelset\"");
   EXPECT_EQ(error("kind = \n").rfind("a.toml:1:", 0), 0u);
   EXPECT_EQ(without_folder(error_of([&] { kind_of_scene(path("none.toml")); })), "none.toml: cannot be read: No such file or directory");
 }

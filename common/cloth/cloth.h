@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/mesh.h"
 #include "common/vector3.h"
 
 namespace lockstep::cloth {
@@ -51,10 +52,6 @@ struct Constraints {
   Array<std::int32_t> a, b;
   Array<Real> rest_2;  // m^2, > 0
   int count = 0;
-};
-
-struct Triangle {
-  std::int32_t a, b, c;
 };
 
 // Solid bodies, which do not move. Inside means nearer than `thickness` to them, which the loader has added to their sizes.

@@ -12,7 +12,7 @@
 
 #include "common/cloth/limits.h"
 #include "common/cloth/make.h"
-#include "common/cloth/obj.h"
+#include "common/obj.h"
 #include "common/toml.h"
 
 namespace lockstep::cloth {

@@ -65,7 +65,7 @@ struct Scene {
 
 // Reads a TOML scene. Throws InputError in one line, `file:line:column: what was expected`, where the file cannot be read, is not
 // what is written above (an unknown key, a wrong type, a number out of range or not finite, a pin that is not on the sheet), or
-// does not fit the machine's memory, asked before the cloth is made; likewise where an OBJ is refused (obj.h), or tied particles
+// does not fit the machine's memory, asked before the cloth is made; likewise where an OBJ is refused (common/obj.h), or tied particles
 // are at one place. Open meshes, and edges of more than two triangles, are taken.
 Scene load_scene(const std::string& path);
 

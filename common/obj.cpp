@@ -2,7 +2,7 @@
 // checked, and is left to do what is hard: cutting polygons into triangles.
 #define TINYOBJLOADER_IMPLEMENTATION  // in this file; its shared library then is not needed
 #define TINYOBJLOADER_USE_DOUBLE
-#include "common/cloth/obj.h"
+#include "common/obj.h"
 
 #include <tiny_obj_loader.h>
 
@@ -16,16 +16,17 @@
 #include <sstream>
 #include <utility>
 
-#include "common/cloth/limits.h"
 #include "common/input_error.h"
 #include "common/input_file.h"
 #include "common/memory.h"
 
-namespace lockstep::cloth {
+namespace lockstep {
 namespace {
 
 // What reading may take, by the size of the file. Files of nothing but the shortest faces took 30.
 constexpr double bytes_per_byte = 50;
+
+constexpr double largest = 1e9;  // m: of a coordinate; its square is far from the end of float
 
 // The whole word as a number.
 template <class Number>
@@ -125,4 +126,4 @@ Mesh read_obj(const std::string& path) {
   return mesh;
 }
 
-}  // namespace lockstep::cloth
+}  // namespace lockstep
