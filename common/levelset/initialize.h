@@ -1,0 +1,31 @@
+// Contract: the points beside the interface phi = 0, and their distances from it.
+//
+// A point is beside the interface if phi there is 0 or has another sign (of the three -, 0, +) than at one of its up to six neighbours;
+// along an axis, it then crosses at theta = |phi| / (|phi| + |phi of the neighbour|) of the spacing. With the nearest crossing along each
+// axis that has one, the plane through the crossings is at the distance 1 / sqrt(sum 1 / theta^2): exact, whatever the slope of phi,
+// for a plane that it crosses along each axis that the plane is not parallel to, and else too large by less than h. All other points
+// come out `far`.
+//
+// In:      phi, a value of either sign at every point; only its zero matters, not its slope. Finite.
+// Out:     distances, of the same size: distance (m) and interface.
+// Source:  [ITJ07] uses the distances "for a narrow band around the interface"; the formula is from Adalsteinsson and Sethian,
+//          The fast construction of extension velocities in level set methods, J. Comput. Phys. 148 (1999).
+#pragma once
+
+#include "common/levelset/field.h"
+
+namespace lockstep::levelset {
+
+template <class Real>
+using Initialize = void(const Field<Real>& phi, Distances<Real>& distances);
+
+namespace serial {
+Initialize<float> initialize;
+Initialize<double> initialize;
+}  // namespace serial
+
+namespace openmp {
+Initialize<float> initialize;
+}  // namespace openmp
+
+}  // namespace lockstep::levelset

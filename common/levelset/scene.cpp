@@ -1,0 +1,180 @@
+#include "common/levelset/scene.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <string_view>
+#include <utility>
+
+#include "common/levelset/mesh.h"
+#include "common/memory.h"
+#include "common/obj.h"
+#include "common/toml.h"
+
+namespace lockstep::levelset {
+namespace {
+
+constexpr int most = std::numeric_limits<int>::max();
+
+// A field in float and in double, distances in both, and what fast marching keeps of a point.
+constexpr double bytes_per_point = 40;
+
+std::string digits_of(double x) {
+  char digits[32];
+  std::snprintf(digits, sizeof digits, "%.10g", x);
+  return digits;
+}
+
+std::optional<double> positive(const toml::table& table, std::string_view key, std::string_view unit) {
+  return number(table, key, "a number from 1e-9 to 1e9" + std::string(unit), [](double x) { return x >= 1e-9 && x <= 1e9; });
+}
+
+// --- The grid
+
+std::array<int, 3> read_points(const toml::table& scene) {
+  const toml::node& value = *scene.get("points");
+  const std::string expected = "three whole numbers [x, y, z] from 2 to " + std::to_string(most);
+  const toml::array* array = value.as_array();
+  if (!array || array->size() != 3) refuse_value(value, "points", expected);
+  const auto along = [&](int axis) {
+    const std::optional<std::int64_t> n = (*array)[axis].value_exact<std::int64_t>();
+    if (!n || *n < 2 || *n > most) refuse_value((*array)[axis], "points", expected);
+    return static_cast<int>(*n);
+  };
+  return {along(0), along(1), along(2)};
+}
+
+void require_size(double nx, double ny, double nz, const toml::node& points) {
+  const double padded = (std::ceil(nx / 16) * 16 + 2 * Field<float>::padding) * ny * nz;
+  // Points are counted in int32.
+  if (padded > most) refuse_value(points, "points", "at most " + digits_of(most) + " with padding, not " + digits_of(padded));
+  require_memory(bytes_per_point * padded, position(points.source()) + ": a grid of " + digits_of(nx * ny * nz) + " points");
+}
+
+Grid read_grid(const toml::table& scene) {
+  const auto [nx, ny, nz] = read_points(scene);
+  require_size(nx, ny, nz, *scene.get("points"));
+  const Grid grid{
+      .nx = nx,
+      .ny = ny,
+      .nz = nz,
+      .spacing =
+          number(scene, "spacing", "a number from 1e-6 to 1e6, in m", [](double x) { return x >= 1e-6 && x <= 1e6; }).value_or(1. / nx),
+      .origin = vector(scene, "origin", "m").value_or(Vector3<double>{0, 0, 0})};
+  // Farther from zero, rounding would move points.
+  for (const double x : {grid.origin.x, grid.origin.y, grid.origin.z})
+    if (!(std::abs(x) <= 1e9 * grid.spacing)) refuse_value(*scene.get("origin"), "origin", "numbers of at most 1e9 spacings");
+  return grid;
+}
+
+// m
+double read_band(const toml::table& scene, const Grid& grid) {
+  const double diagonal = std::hypot(grid.nx - 1., grid.ny - 1., grid.nz - 1.);
+  const std::optional<double> band =
+      number(scene, "band", "a number from 1e-9 to " + digits_of(diagonal) + ", the diagonal of the grid, in spacings",
+             [&](double x) { return x >= 1e-9 && x <= diagonal; });
+  return band ? *band * grid.spacing : std::numeric_limits<double>::infinity();
+}
+
+// --- The inside
+
+Sphere read_sphere(const toml::table& table) {
+  check_keys(table, {"centre", "radius"}, {});
+  return {.centre = *vector(table, "centre", "m"), .radius = *positive(table, "radius", ", in m")};
+}
+
+Box read_box(const toml::table& table) {
+  check_keys(table, {"centre", "half"}, {});
+  const Vector3<double> half = *vector(table, "half", "m");
+  for (const double length : {half.x, half.y, half.z})
+    if (!(length >= 1e-9 && length <= 1e9)) refuse_value(*table.get("half"), "half", "three numbers from 1e-9 to 1e9, in m");
+  return {.centre = *vector(table, "centre", "m"), .half = half};
+}
+
+Torus read_torus(const toml::table& table) {
+  check_keys(table, {"centre", "ring", "tube"}, {});
+  const Torus torus{
+      .centre = *vector(table, "centre", "m"), .ring = *positive(table, "ring", ", in m"), .tube = *positive(table, "tube", ", in m")};
+  if (!(torus.tube < torus.ring)) refuse_value(*table.get("tube"), "tube", "less than the ring's radius");
+  return torus;
+}
+
+std::vector<Shape> read_shapes(const toml::table& scene) {
+  std::vector<Shape> shapes;
+  for (const toml::table* table : subtables(scene, "sphere")) shapes.push_back(read_sphere(*table));
+  for (const toml::table* table : subtables(scene, "box")) shapes.push_back(read_box(*table));
+  for (const toml::table* table : subtables(scene, "torus")) shapes.push_back(read_torus(*table));
+  return shapes;
+}
+
+Mesh load_mesh(const toml::table& table, const std::string& scene_path) {
+  check_keys(table, {"file"}, {"scale"});
+  const std::string path = std::filesystem::path(scene_path).replace_filename(*text(table, "file")).string();
+  const double scale = positive(table, "scale", "").value_or(1);
+  Mesh mesh = read_obj(path);
+  require_closed(mesh, path);
+  for (Vector3<double>& p : mesh.points) p = {scale * p.x, scale * p.y, scale * p.z};
+  return mesh;
+}
+
+Field<double> distance_from(const std::vector<Shape>& shapes, const Grid& grid) {
+  Field<double> distance = make_field<double>(grid.nx, grid.ny, grid.nz, grid.spacing, 0);
+  for (int z = 0; z < grid.nz; ++z)
+    for (int y = 0; y < grid.ny; ++y)
+      for (int x = 0; x < grid.nx; ++x) distance(x, y, z) = signed_distance(shapes, grid.position(x, y, z));
+  return distance;
+}
+
+Field<float> distorted(const Field<double>& distance, const Grid& grid, double distort) {
+  Field<float> phi = make_field<float>(grid.nx, grid.ny, grid.nz, static_cast<float>(grid.spacing), 0);
+  for (int k = 0; k < grid.nz; ++k)
+    for (int j = 0; j < grid.ny; ++j) {
+      const auto [first_x, y, z] = grid.position(0, j, k);
+      const double along_line = distort * std::cos(7 * y) * std::sin(8 * z + 1);
+      for (int i = 0; i < grid.nx; ++i) {
+        const double factor = distort > 0 ? 1 + along_line * std::sin(9 * (first_x + i * grid.spacing)) : 1;
+        phi(i, j, k) = static_cast<float>(distance(i, j, k) * factor);
+      }
+    }
+  return phi;
+}
+
+void require_interface(const Field<float>& phi, const toml::table& scene) {
+  bool any_inside = false, any_outside = false;
+  for (int z = 0; z < phi.nz; ++z)
+    for (int y = 0; y < phi.ny; ++y)
+      for (int x = 0; x < phi.nx; ++x) any_inside |= phi(x, y, z) <= 0, any_outside |= phi(x, y, z) >= 0;
+  if (!any_inside || !any_outside)
+    refuse(scene.source(), std::string("no interface: all points are ") + (any_inside ? "inside" : "outside"));
+}
+
+}  // namespace
+
+Scene load_scene(const std::string& path) {
+  const toml::table scene = parse_toml(path);
+  check_keys(scene, {"kind", "points"}, {"spacing", "origin", "band", "rounds", "distort", "sphere", "box", "torus", "mesh"});
+  if (scene.get("kind")->value_exact<std::string>() != "levelset") refuse_value(*scene.get("kind"), "kind", "\"levelset\"");
+  const Grid grid = read_grid(scene);
+  const double band = read_band(scene, grid);
+  const int rounds = static_cast<int>(whole(scene, "rounds", 1, most).value_or(1));
+  const double distort = number(scene, "distort", "a number from 0 to 0.9", [](double x) { return x >= 0 && x <= .9; }).value_or(0);
+  std::vector<Shape> shapes = read_shapes(scene);
+  const toml::table* mesh = subtable(scene, "mesh");
+  if (shapes.empty() && !mesh) refuse(scene.source(), "sphere, box, torus or mesh is missing");
+  if (!shapes.empty() && mesh) refuse_value(*mesh, "mesh", "either shapes or [mesh]");
+
+  Field<float> phi = distorted(mesh ? signed_distance(load_mesh(*mesh, path), grid) : distance_from(shapes, grid), grid, distort);
+  require_interface(phi, scene);
+  return {.name = std::filesystem::path(path).stem().string(),
+          .path = path,
+          .grid = grid,
+          .phi = std::move(phi),
+          .band = band,
+          .rounds = rounds,
+          .shapes = std::move(shapes)};
+}
+
+}  // namespace lockstep::levelset
