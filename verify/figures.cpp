@@ -1,12 +1,21 @@
 // The numbers behind the figures: one CSV a figure, which notes/figures/NAME.py draws.
+#include <omp.h>
+
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <ostream>
 #include <string>
 
 #include "common/atomic_file.h"
 #include "common/cloth/make.h"
 #include "common/input_error.h"
+#include "common/levelset/blocks.h"
+#include "common/levelset/fast_marching.h"
+#include "common/levelset/fast_sweeping.h"
+#include "common/levelset/initialize.h"
+#include "common/levelset/scene.h"
 #include "verify/cloth_forms.h"
 #include "verify/cloth_run.h"
 #include "verify/options.h"
@@ -29,12 +38,73 @@ void cloth_convergence(std::ostream& csv) {
   }
 }
 
+// What blocks cost and what they give: marching and sweeping in blocks of 256^3, at the threads that this machine has; and how much
+// of the work is done more than once, which does not depend on a machine.
+void levelset_blocks(std::ostream& csv) {
+  const levelset::Scene scene = levelset::load_scene("scenes/levelset/spheres_and_box_256.toml");
+  const auto band = static_cast<float>(scene.band);
+  levelset::Distances<float> start, whole;
+  levelset::openmp::initialize(scene.phi, start);
+  whole = start;
+  levelset::openmp::fast_sweeping_sweeps(whole, band, 1);
+  const auto points_within = [](const levelset::Distances<float>& d) {
+    return double(std::ranges::count_if(d.distance.value, [](float v) { return v < levelset::far<float>; }));
+  };
+
+  csv << "blocks,threads,algorithm,ms,work_points,band_points\n";
+  for (const int side : {1, 2, 3, 4}) {
+    const int size = (scene.grid.nx + side - 1) / side;
+    // Each block on its own computes the distances of its padding, too.
+    double work = 0;
+    for (const levelset::Block& block : levelset::make_blocks(start, band, size)) {
+      levelset::Distances<float> padded = levelset::cut_out(start, block);
+      levelset::openmp::fast_sweeping_sweeps(padded, band, 1);
+      work += points_within(padded);
+    }
+    for (int threads = 1; threads <= omp_get_num_procs(); threads *= 2)
+      for (const std::string algorithm : {"fast_marching", "fast_sweeping"}) {
+        progress("levelset_blocks: " + algorithm + ", " + std::to_string(side * side * side) + " blocks, " + std::to_string(threads) +
+                 " threads");
+        omp_set_num_threads(threads);
+        double best = std::numeric_limits<double>::infinity();
+        for (int repeat = 0; repeat < 3; ++repeat) {
+          levelset::Distances<float> d = start;
+          const double begin = now();
+          if (algorithm == "fast_marching")
+            levelset::openmp::fast_marching_blocks(d, band, size);
+          else
+            levelset::openmp::fast_sweeping_blocks(d, band, 1, size);
+          best = std::min(best, now() - begin);
+        }
+        csv << side * side * side << ',' << threads << ',' << algorithm << ',' << 1e3 * best << ',' << work << ',' << points_within(whole)
+            << '\n';
+      }
+  }
+}
+
+// The distances of a slice through the middle of the spheres and the box, and what first-order upwind makes of them.
+void levelset_slice(std::ostream& csv) {
+  const levelset::Scene scene = levelset::load_scene("scenes/levelset/spheres_and_box_128_full.toml");
+  levelset::Distances<float> d;
+  levelset::openmp::initialize(scene.phi, d);
+  levelset::openmp::fast_sweeping_sweeps(d, static_cast<float>(scene.band), 4);
+  csv << "x,y,distance,error_in_spacings\n";
+  const int z = scene.grid.nz / 2;
+  for (int y = 0; y < scene.grid.ny; ++y)
+    for (int x = 0; x < scene.grid.nx; ++x) {
+      const double exact = levelset::signed_distance(scene.shapes, scene.grid.position(x, y, z));
+      const double found = scene.phi(x, y, z) < 0 ? -d.distance(x, y, z) : d.distance(x, y, z);
+      csv << x << ',' << y << ',' << found << ',' << (found - exact) / scene.grid.spacing << '\n';
+    }
+}
+
 struct Figure {
   const char* name;
   void (*write)(std::ostream& csv);
 };
 
-constexpr Figure all_figures[] = {{"cloth_convergence", cloth_convergence}};
+constexpr Figure all_figures[] = {
+    {"cloth_convergence", cloth_convergence}, {"levelset_blocks", levelset_blocks}, {"levelset_slice", levelset_slice}};
 
 }  // namespace
 

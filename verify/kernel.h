@@ -63,5 +63,6 @@ struct Kernel {
 std::vector<Kernel> kernels();
 std::vector<Kernel> fluid_kernels();
 std::vector<Kernel> cloth_kernels();
+std::vector<Kernel> levelset_kernels();
 
 }  // namespace lockstep::verify

@@ -45,7 +45,9 @@ int main(int argc, char** argv) {
   run_command->add_option("--form", run_options.form, "which form of the step");
   run_command->add_option("--threads", run_options.threads, "how many threads")->check(CLI::Range(1, max_threads));
   run_command->add_option("--frames", run_options.frames, "how many frames (default: as the scene says)")->check(CLI::Range(1, 1 << 30));
-  run_command->add_option("--out", run_options.out, "a .fluid file for the last state, or a folder for frames that ParaView opens")
+  run_command
+      ->add_option("--out", run_options.out,
+                   "a .fluid, or of a level set .vti or .vtk file for the last state, or a folder for frames that ParaView opens")
       ->required();
 
   FigureOptions figure_options;

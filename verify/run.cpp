@@ -1,8 +1,11 @@
 // Simulates a scene and writes what became of it.
 #include <omp.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "common/input_error.h"
 #include "common/scene.h"
@@ -19,14 +22,28 @@ void make_folder(const std::string& path) {
   if (error) throw InputError(path + ": cannot be made: " + error.message());
 }
 
+Simulation simulation_of(const RunOptions& options) {
+  const std::string kind = kind_of_scene(options.scene);
+  return kind == "cloth" ? cloth_simulation(options) : kind == "levelset" ? levelset_simulation(options) : fluid_simulation(options);
+}
+
+// Whether one file is asked for, and not a folder of frames.
+bool wants_one_file(const std::string& out, const std::vector<std::string>& formats) {
+  const std::string extension = std::filesystem::path(out).extension();
+  if (std::ranges::find(formats, extension) != formats.end()) return true;
+  for (const char* other : {".fluid", ".vti", ".vtk"})
+    if (extension == other)
+      throw InputError("--out " + out + ": this kind of scene is not written as " + other + "; a folder is for frames");
+  return false;
+}
+
 }  // namespace
 
 int run(const RunOptions& options) {
-  const Simulation simulation = kind_of_scene(options.scene) == "cloth" ? cloth_simulation(options) : fluid_simulation(options);
+  const Simulation simulation = simulation_of(options);
   if (options.threads > 0) omp_set_num_threads(options.threads);
   const int frames = options.frames > 0 ? options.frames : simulation.frames;
-  const bool one_file = std::filesystem::path(options.out).extension() == ".fluid";
-  if (one_file && !simulation.write_state) throw InputError("--out " + options.out + ": a folder is expected, for this is no fluid");
+  const bool one_file = wants_one_file(options.out, simulation.state_formats);
   if (!one_file) make_folder(options.out);
 
   const auto write_frame = [&](int frame) {

@@ -11,6 +11,12 @@
 #include "common/fluid/scene.h"
 #include "common/fluid/vtk.h"
 #include "common/input_error.h"
+#include "common/levelset/blocks.h"
+#include "common/levelset/fast_marching.h"
+#include "common/levelset/fast_sweeping.h"
+#include "common/levelset/initialize.h"
+#include "common/levelset/scene.h"
+#include "common/levelset/vti.h"
 #include "verify/cloth_forms.h"
 #include "verify/fluid_forms.h"
 
@@ -53,6 +59,7 @@ Simulation fluid_simulation(const RunOptions& options) {
           },
       .write_state = [state, per_metre = static_cast<float>(scene.model.particles_per_metre)](
                          const std::string& path) { fluid::write_fluid(path, per_metre, state->particles); },
+      .state_formats = {".fluid"},
   };
 }
 
@@ -72,6 +79,60 @@ Simulation cloth_simulation(const RunOptions& options) {
       .step = [state, step] { step(*state); },
       .write_frame = [state](const std::string& path) { cloth::write_vtk(path, *state); },
       .write_state = nullptr,
+      .state_formats = {},
+  };
+}
+
+// A level set does not move: one step makes the distances.
+Simulation levelset_simulation(const RunOptions& options) {
+  struct State {
+    levelset::Scene scene;
+    levelset::Field<float> signed_distance;
+  };
+  using Compute = std::function<void(levelset::Distances<float>&, float band, int rounds)>;
+  struct Form {
+    std::string variant, name;
+    levelset::Initialize<float>* initialize;
+    Compute compute;
+  };
+  const auto march = [](levelset::FastMarching<float>* marching) -> Compute {
+    return [marching](levelset::Distances<float>& d, float band, int) { marching(d, band); };
+  };
+  namespace serial = levelset::serial;
+  namespace openmp = levelset::openmp;
+  const auto sweep = [](levelset::FastSweeping<float>* sweeping) -> Compute { return sweeping; };
+  const auto sweep_blocks = [](levelset::FastSweepingInBlocks<float>* sweeping) -> Compute {
+    return [sweeping](levelset::Distances<float>& d, float band, int rounds) { sweeping(d, band, rounds, levelset::block_size); };
+  };
+  const Form forms[] = {{"serial", "sweeps", serial::initialize, sweep(serial::fast_sweeping_sweeps)},
+                        {"serial", "blocks", serial::initialize, sweep_blocks(serial::fast_sweeping_blocks)},
+                        {"serial", "heap", serial::initialize, march(serial::fast_marching_heap)},
+                        {"openmp", "sweeps", openmp::initialize, sweep(openmp::fast_sweeping_sweeps)},
+                        {"openmp", "blocks", openmp::initialize, sweep_blocks(openmp::fast_sweeping_blocks)}};
+
+  auto state = std::make_shared<State>(State{levelset::load_scene(options.scene), {}});
+  state->signed_distance = state->scene.phi;
+  const Form form = find_form(forms, options.form, [&](const Form& f) { return f.variant == options.variant; });
+  const auto write = [state](const std::string& path) {
+    levelset::write_image(path, state->signed_distance, state->scene.grid, static_cast<float>(state->scene.band));
+  };
+  const levelset::Grid& grid = state->scene.grid;
+  return {
+      .name = state->scene.name,
+      .form = form.name,
+      .particles = grid.nx * grid.ny * grid.nz,
+      .frames = 1,
+      .step =
+          [state, form] {
+            levelset::Distances<float> distances;
+            form.initialize(state->scene.phi, distances);
+            form.compute(distances, static_cast<float>(state->scene.band), state->scene.rounds);
+            const Array<float>&phi = state->scene.phi.value, &d = distances.distance.value;
+            for (std::size_t i = 0; i < d.size(); ++i) state->signed_distance.value[i] = phi[i] < 0 ? -d[i] : d[i];
+          },
+      .write_frame = write,
+      .write_state = write,
+      .state_formats = {".vti", ".vtk"},
   };
 }
 

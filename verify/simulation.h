@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "verify/options.h"
 
@@ -15,11 +16,13 @@ struct Simulation {
   int frames;  // how many the scene asks for
   std::function<void()> step;
   std::function<void(const std::string& path)> write_frame;  // for ParaView
-  std::function<void(const std::string& path)> write_state;  // as a file that can be run again; none if there is no such format
+  std::function<void(const std::string& path)> write_state;  // as one file
+  std::vector<std::string> state_formats;                    // how the name of that file may end; none if there is no such format
 };
 
 // The functions share the state. Throw InputError where the scene or the form is not to be had.
 Simulation fluid_simulation(const RunOptions& options);
 Simulation cloth_simulation(const RunOptions& options);
+Simulation levelset_simulation(const RunOptions& options);
 
 }  // namespace lockstep::verify

@@ -3,6 +3,7 @@
 // Symmetric: every pair is met once (see densities.cpp); what it gives to one particle it takes from the other.
 // Owner-gather: every particle meets all its neighbours, in the list that the densities left, and sums for itself: twice the
 // terms.
+// Pair lists: symmetric over the pairs that the densities noted.
 //
 // Source: [Mueller 2003]; [LRB08] Figure 9. The contract with the equation stands in common/fluid/forces.h.
 #include "common/fluid/forces.h"
