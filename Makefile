@@ -54,7 +54,7 @@ diff:  ## show serial and openmp side by side: KERNEL=fluid/densities
 
 tsan:  ## every parallel kernel under clang's thread sanitizer, and a racy twin that it must flag (KERNEL=)
 	$(MAKE) build/tsan/lockstep build/tsan/racy BUILD=build/tsan ISA=portable CXX=clang++-14 \
-	  FLAGS='-std=c++20 -O1 -g $(isa_portable) -ffp-contract=off -fno-math-errno -fopenmp -fsanitize=thread -Wall -Wextra'
+	  FLAGS='-std=c++20 -O1 -g $(isa_portable) -ffp-contract=off -fno-math-errno -fno-builtin -fopenmp -fsanitize=thread -Wall -Wextra'
 	verify/tsan.sh $(KERNEL)
 
 build/tsan/racy: $(kernel) $(BUILD)/tests/tsan/racy.o

@@ -13,6 +13,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "common/fluid/file.h"
@@ -35,6 +37,18 @@ struct Outcome {
 const std::string good_scene =
     "kind = \"fluid\"\nparticles_per_metre = 204\nframes = 3\n"
     "[[block]]\nmin = [-0.02, -0.08, -0.02]\nmax = [0.02, -0.06, 0.02]\njitter = 0.05\nvelocity = [0.5, 0, -0.3]\n";
+
+// A sheet of 7 x 5 particles, held at a corner so that it swings.
+const std::string good_cloth =
+    "kind = \"cloth\"\nframes = 3\niterations = 4\nwind = [1, 0, 3]\ndrag = 1.2\n"
+    "[sheet]\nrows = 7\ncolumns = 5\norigin = [0, 1, 0]\nwidth = [0.2, 0, 0]\nheight = [0, -0.3, 0]\nmass = 0.01\nbending = true\n"
+    "pins = [\"top_left\"]\n";
+
+// A square of two triangles, for meshes of it.
+const std::string good_obj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";
+const std::string good_mesh =
+    "kind = \"cloth\"\nframes = 3\niterations = 4\nwind = [1, 0, 3]\ndrag = 1.2\n"
+    "[mesh]\nfile = \"cloth.obj\"\nmass = 0.1\nbending = true\npins_above = 0.5\n";
 
 struct Cli : TemporaryFolder {
   std::filesystem::path program;
@@ -229,6 +243,82 @@ TEST_F(Cli, RefusesToWriteWhereItCannot) {
   std::filesystem::permissions(folder, std::filesystem::perms(0755));
 }
 
+// --- Bad cloth
+
+TEST_F(Cli, RefusesAFluidFileOfACloth) {
+  write_bytes(path("cloth.obj"), good_obj);
+  for (const std::string& good : {scene(good_cloth, "sheet.toml"), scene(good_mesh, "mesh.toml")})
+    for (const char* variant : {"serial", "openmp"})
+      expect_refused({"run", "--scene", good, "--variant", variant, "--out", path("x.fluid")}, "--out " + path("x.fluid"));
+}
+
+TEST_F(Cli, RefusesFormsThatAClothCannotHave) {
+  write_bytes(path("cloth.obj"), good_obj);
+  const std::string sheet = scene(good_cloth, "sheet.toml"), mesh = scene(good_mesh, "mesh.toml"), out = path("frames");
+  const auto run_in = [&](const std::string& scene, const char* variant, const char* form, const std::string& about) {
+    expect_refused({"run", "--scene", scene, "--variant", variant, "--form", form, "--out", out}, about);
+  };
+  for (const char* form : {"chains", "colours"}) {
+    run_in(mesh, "openmp", form, "--form " + std::string(form) + ": expected one of: batches\n");
+    run_in(mesh, "serial", form, "expected one of: batches, original\n");
+    for (const char* command : {"verify", "bench"})
+      for (const char* kernel : {"cloth/relax", "cloth/step"})
+        expect_refused({command, "--kernel", kernel, "--form", form, "--threads", "1", "--scene", mesh}, "mesh.toml");
+  }
+  run_in(sheet, "openmp", "original", "expected one of: chains, colours, batches\n");
+  for (const char* variant : {"serial", "openmp"}) run_in(sheet, variant, "chain", "chains, colours, batches");
+  expect_refused({"verify", "--kernel", "cloth/relax", "--form", "chain", "--threads", "1"}, "cloth/relax chains");
+}
+
+TEST_F(Cli, RefusesScenesOfAnotherKind) {
+  const std::string sheet = scene(good_cloth, "sheet.toml"), fluid = scene(good_scene, "fluid.toml");
+  for (const char* command : {"verify", "bench"}) {
+    for (const std::string& cloth : {sheet, std::string("scenes/cloth/tiny.toml"), std::string("scenes/cloth/garment.toml")})
+      expect_refused({command, "--kernel", "fluid/forces", "--threads", "1", "--scene", cloth, "--json", path("a.json")}, cloth);
+    for (const char* kernel : {"cloth/verlet", "cloth/relax", "cloth/step"})
+      expect_refused({command, "--kernel", kernel, "--threads", "1", "--scene", fluid, "--json", path("a.json")}, fluid);
+    expect_refused({command, "--kernel", "fluid/forces", "--threads", "1", "--scene", "flag_33"}, "flag_33");  // a name, not known to it
+  }
+}
+
+TEST_F(Cli, RefusesScenesOfNoKind) {
+  for (const auto& [text, about] :
+       {std::pair{"kind = \"sand\"\n", ":1:8: kind: "}, {"kind = 1\n", ":1:8: kind: "}, {"frames = 1\n", ":1:1: kind is missing"}}) {
+    const std::string of_no_kind = scene(text);
+    expect_run_refused(of_no_kind, of_no_kind + about);
+    for (const char* command : {"verify", "bench"})
+      for (const char* kernel : {"fluid/advance", "cloth/verlet"})
+        expect_refused({command, "--kernel", kernel, "--threads", "1", "--scene", of_no_kind}, of_no_kind + about);
+  }
+}
+
+TEST_F(Cli, RefusesBadMeshes) {
+  const std::string mesh = scene(good_mesh), obj = path("cloth.obj");
+  const auto expect = [&](const std::string& about) {
+    expect_run_refused(mesh, obj + about);
+    expect_refused({"verify", "--kernel", "cloth/verlet", "--threads", "1", "--scene", mesh, "--json", path("a.json")}, obj + about);
+  };
+  const auto expect_of = [&](const std::string& bytes, const std::string& about) {
+    write_bytes(obj, bytes);
+    expect(about);
+  };
+  expect(": cannot be read: No such file");
+  std::filesystem::create_directory(obj);
+  expect(": is a directory");
+  std::filesystem::remove(obj);
+  expect_of("", ": no triangle");
+  expect_of(good_obj.substr(0, good_obj.find('f')), ": no triangle");
+  expect_of(good_obj.substr(0, good_obj.rfind('f')), ": point 4 is in no triangle");
+  expect_of(good_obj.substr(0, good_obj.size() - 3), ":6: f: ");
+  expect_of("v nan 0 0\n" + good_obj, ":1: v: ");
+  expect_of("v 0 inf 0\n" + good_obj, ":1: v: ");
+  expect_of(good_obj + "f 1 2 5\n", ":7: f: point 5 of 4");
+
+  write_bytes(obj, good_obj);
+  std::filesystem::permissions(obj, std::filesystem::perms::none);
+  expect_refused({"run", "--scene", mesh, "--out", path("frames")}, obj + ": cannot be read: Permission denied", 1, true);
+}
+
 // --- Good runs
 
 TEST_F(Cli, Helps) {
@@ -286,6 +376,51 @@ TEST_F(Cli, WritesFramesForParaView) {
   EXPECT_EQ(names, (std::set<std::string>{"frame_00000.vtk", "frame_00001.vtk", "frame_00002.vtk"}));
 }
 
+// Frames of a cloth, the last of them the same bits in serial and openmp.
+TEST_F(Cli, WritesFramesOfAClothInEveryForm) {
+  write_bytes(path("cloth.obj"), good_obj);
+  const auto frames = [&](const std::string& scene, const std::string& variant, const std::string& form, const std::string& polygons) {
+    SCOPED_TRACE(variant + ' ' + form);
+    const std::string out = path(scene.substr(folder.size() + 1) + variant + form);
+    const Outcome outcome =
+        run({"run", "--scene", scene, "--variant", variant, "--form", form, "--threads", "2", "--frames", "2", "--out", out});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_NE(outcome.out.find(variant + ' ' + form), std::string::npos) << outcome.out;
+    std::vector<std::string> frames;
+    for (const char* name : {"/frame_00000.vtk", "/frame_00001.vtk", "/frame_00002.vtk"}) {
+      frames.push_back(read_bytes(out + name));
+      EXPECT_EQ(frames.back().rfind("# vtk DataFile Version 3.0\nLockstep cloth\n", 0), 0u) << name;
+      for (const std::string& part : {std::string("\nPOINTS "), "\nPOLYGONS " + polygons + '\n', std::string("\nVECTORS velocity ")})
+        EXPECT_NE(frames.back().find(part), std::string::npos) << name << part;
+    }
+    EXPECT_FALSE(std::filesystem::exists(out + "/frame_00003.vtk"));
+    EXPECT_NE(frames[0], frames[1]);
+    EXPECT_NE(frames[1], frames[2]);
+    return frames;
+  };
+  const std::string sheet = scene(good_cloth, "sheet.toml"), mesh = scene(good_mesh, "mesh.toml");
+  frames(sheet, "serial", "original", "48 192");
+  for (const char* form : {"chains", "colours", "batches"}) {
+    const auto serial = frames(sheet, "serial", form, "48 192"), openmp = frames(sheet, "openmp", form, "48 192");
+    EXPECT_TRUE(serial == openmp) << form;
+  }
+  frames(mesh, "serial", "original", "2 8");
+  const auto serial = frames(mesh, "serial", "batches", "2 8"), openmp = frames(mesh, "openmp", "batches", "2 8");
+  EXPECT_TRUE(serial == openmp);
+}
+
+// Unless told otherwise: chains of a sheet, batches of a mesh, openmp.
+TEST_F(Cli, RunsAClothInItsFirstForm) {
+  write_bytes(path("cloth.obj"), good_obj);
+  for (const auto& [text, particles, form] : {std::tuple{good_cloth, "35", "chains"}, {good_mesh, "4", "batches"}}) {
+    const Outcome outcome = run({"run", "--scene", scene(text), "--out", path(form)});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find(std::string(particles) + " particles, 3 frames, openmp " + form), std::string::npos) << outcome.out;
+    EXPECT_TRUE(std::filesystem::exists(path(form) + "/frame_00003.vtk"));
+  }
+}
+
 // --- Reports
 
 void expect_fields(const nlohmann::json& object, const std::vector<std::string>& fields) {
@@ -316,6 +451,31 @@ TEST_F(Cli, VerifiesAndReports) {
     EXPECT_EQ(row["passed"], true);
   }
   EXPECT_EQ(report["rows"][1]["threads"], 2);
+}
+
+// A scene of the user's own goes to the kernels that take it, and to no others.
+TEST_F(Cli, VerifiesAClothOnTheKernelsForIt) {
+  const auto verified = [&](const std::string& scene) {
+    const std::string json = path("verify.json");
+    const Outcome outcome = run({"verify", "--scene", scene, "--threads", "1,2", "--json", json});
+    EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    std::set<std::string> kernels;
+    const auto report = nlohmann::json::parse(read_bytes(json));
+    for (const auto& row : report["rows"]) {
+      kernels.insert(row["kernel"].get<std::string>() + ' ' + row["form"].get<std::string>());
+      EXPECT_EQ(row["passed"], true) << row;
+    }
+    return kernels;
+  };
+  const std::set<std::string> for_meshes = {"cloth/verlet ", "cloth/relax batches", "cloth/relax batches_for_original", "cloth/collide ",
+                                            "cloth/step batches"};
+  std::set<std::string> all = for_meshes;
+  all.insert({"cloth/relax chains", "cloth/relax chains_for_original", "cloth/relax colours", "cloth/relax colours_for_original",
+              "cloth/step chains", "cloth/step colours"});
+  EXPECT_EQ(verified("scenes/cloth/tiny.toml"), all);
+  write_bytes(path("cloth.obj"), good_obj);
+  EXPECT_EQ(verified(scene(good_mesh)), for_meshes);
 }
 
 // Under gravity momentum is not conserved: a scene that says so cannot pass.

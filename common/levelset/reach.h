@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "common/levelset/field.h"
@@ -25,8 +27,16 @@ struct Reach {
   std::vector<int> begin;
 };
 
-template <class Real>
-Reach make_reach(const Distances<Real>& distances, Real band) {
+// for_each(n, f) calls f(0) .. f(n - 1) in any order; openmp/ shares them out.
+struct InOrder {
+  template <class F>
+  void operator()(int n, const F& f) const {
+    for (int i = 0; i < n; ++i) f(i);
+  }
+};
+
+template <class Real, class ForEach = InOrder>
+Reach make_reach(const Distances<Real>& distances, Real band, const ForEach& for_each = {}) {
   const Field<Real>& d = distances.distance;
   const int lines = d.ny * d.nz, most = std::max({d.nx, d.ny, d.nz});
   // One step more than the band, for rounding.
@@ -52,36 +62,50 @@ Reach make_reach(const Distances<Real>& distances, Real band) {
       i = next;
     }
   }
-  // Along y and then z, what lies within `steps` lines.
-  const auto spread_along = [&](int n, int stride, int others, auto line_of) {
-    for (int other = 0; other < others; ++other)
-      for (int i = 0; i < n; ++i)
-        for (int w = 0; w < words; ++w) {
-          std::uint64_t word = 0;
-          for (int k = std::max(i - steps, 0); k <= std::min(i + steps, n - 1); ++k)
-            word |= bits[static_cast<std::size_t>(line_of(other) + k * stride) * words + w];
-          spread[static_cast<std::size_t>(line_of(other) + i * stride) * words + w] = word;
-        }
-    bits.swap(spread);
+  // Along y, whatever lies within `steps` lines, and then along z, within `steps` planes.
+  const std::ptrdiff_t plane = static_cast<std::ptrdiff_t>(d.ny) * words;
+  const auto add = [&](std::ptrdiff_t to, std::ptrdiff_t from, std::ptrdiff_t count) {
+    const std::uint64_t* const source = bits.data() + from;
+    std::uint64_t* const target = spread.data() + to;
+    for (std::ptrdiff_t i = 0; i < count; ++i) target[i] |= source[i];
   };
-  spread_along(d.ny, 1, d.nz, [&](int z) { return z * d.ny; });
-  spread_along(d.nz, d.ny, d.ny, [](int y) { return y; });
-
-  Reach reach;
-  for (int line = 0; line < lines; ++line) {
-    reach.begin.push_back(static_cast<int>(reach.extents.size()));
-    const std::uint64_t* const word = &bits[static_cast<std::size_t>(line) * words];
-    // The first point from x on that is (or is not) within reach; the end of the line if there is none.
-    const auto find = [&](int x, bool within) {
-      for (; x < d.nx; x = (x / 64 + 1) * 64)
-        if (const std::uint64_t rest = (within ? word[x / 64] : ~word[x / 64]) >> x % 64) return std::min(x + std::countr_zero(rest), d.nx);
-      return d.nx;
-    };
-    for (int begin = find(0, true); begin < d.nx;) {
-      const int end = find(begin, false);
-      reach.extents.push_back({begin, end});
-      begin = find(end, true);
+  for_each(d.nz, [&](int z) {
+    for (int k = 0; k <= std::min(steps, d.ny - 1); ++k) {
+      const std::ptrdiff_t first = z * plane, shift = static_cast<std::ptrdiff_t>(k) * words;
+      add(first, first + shift, plane - shift);
+      add(first + shift, first, plane - shift);
     }
+  });
+  bits.swap(spread);
+  for_each(d.nz, [&](int z) {
+    for (int k = std::max(z - steps, 0); k <= std::min(z + steps, d.nz - 1); ++k) add(z * plane, k * plane, plane);
+  });
+  bits.swap(spread);
+
+  std::vector<Reach> planes(d.nz);
+  for_each(d.nz, [&](int z) {
+    for (int y = 0; y < d.ny; ++y) {
+      planes[z].begin.push_back(static_cast<int>(planes[z].extents.size()));
+      const std::uint64_t* const word = bits.data() + z * plane + static_cast<std::ptrdiff_t>(y) * words;
+      // The first point from x on that is (or is not) within reach; the end of the line if there is none.
+      const auto find = [&](int x, bool within) {
+        for (; x < d.nx; x = (x / 64 + 1) * 64)
+          if (const std::uint64_t rest = (within ? word[x / 64] : ~word[x / 64]) >> x % 64)
+            return std::min(x + std::countr_zero(rest), d.nx);
+        return d.nx;
+      };
+      for (int begin = find(0, true); begin < d.nx;) {
+        const int end = find(begin, false);
+        planes[z].extents.push_back({begin, end});
+        begin = find(end, true);
+      }
+    }
+  });
+  Reach reach;
+  for (const Reach& p : planes) {
+    const int before = static_cast<int>(reach.extents.size());
+    for (const int begin : p.begin) reach.begin.push_back(before + begin);
+    reach.extents.insert(reach.extents.end(), p.extents.begin(), p.extents.end());
   }
   reach.begin.push_back(static_cast<int>(reach.extents.size()));
   return reach;

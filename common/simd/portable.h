@@ -1,5 +1,5 @@
-// The back end in plain C++: an array and a loop. It runs anywhere, and thread sanitizer sees every access of it
-// (not so with registers wider than 128 bits). Contract: ../simd.h.
+// The back end in plain C++: an array and a loop. It runs anywhere, and thread sanitizer sees its accesses (not so with registers
+// wider than 128 bits), as long as the compiler is kept from turning loops into calls of memcpy: -fno-builtin. Contract: ../simd.h.
 
 #ifndef LOCKSTEP_COMMON_SIMD_PORTABLE_H
 #define LOCKSTEP_COMMON_SIMD_PORTABLE_H

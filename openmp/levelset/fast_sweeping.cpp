@@ -18,6 +18,7 @@
 #include <cstddef>
 #include <cstdlib>
 #include <new>
+#include <optional>
 #include <vector>
 
 #include "common/levelset/blocks.h"
@@ -56,43 +57,61 @@ LOCKSTEP_INLINE Strand begin_strand(const Skewed& d, int tile, int z, const Exte
           load(here)};
 }
 
-// Sweeps sixteen points; says which came nearer.
+// Sweeps sixteen points, n vectors on; says which came nearer.
 template <int step>
-LOCKSTEP_INLINE maskv advance(Strand& s, floatv spacing, floatv band) {
-  const floatv after = load(s.here + step * lanes);
+LOCKSTEP_INLINE maskv advance(Strand& s, int n, floatv spacing, floatv band) {
+  const std::ptrdiff_t on = std::ptrdiff_t(n) * step * lanes;
+  const floatv after = load(s.here + on + step * lanes);
   const floatv low = step > 0 ? s.before : after, high = step > 0 ? after : s.before;
   const floatv a = min(low, high);
-  const floatv b = min(shift_up(low, *s.outer_first), shift_down(high, *s.outer_last));
-  const floatv c = min(load(s.up), load(s.down));
+  const floatv b = min(shift_up(low, s.outer_first[on]), shift_down(high, s.outer_last[on]));
+  const floatv c = min(load(s.up + on), load(s.down + on));
   const floatv u = upwind(a, b, c, spacing);
-  const maskv nearer = (u < s.current) & (u <= band) & ~lanes_of(*s.standing);
+  const maskv nearer = (u < s.current) & (u <= band) & ~lanes_of(s.standing[n * step]);
   s.before = select(nearer, u, s.current);
-  store(s.here, s.before);
+  store(s.here + on, s.before);
   s.current = after;
-  s.here += step * lanes, s.up += step * lanes, s.down += step * lanes, s.outer_first += step * lanes, s.outer_last += step * lanes;
-  s.standing += step;
-  --s.left;
   return nearer;
+}
+
+// Moves on by n vectors, which are done.
+template <int step>
+void move_on(Strand& s, int n) {
+  const std::ptrdiff_t on = std::ptrdiff_t(n) * step * lanes;
+  s.here += on, s.up += on, s.down += on, s.outer_first += on, s.outer_last += on;
+  s.standing += n * step;
+  s.left -= n;
+}
+
+// Sweeps the last `count` strands side by side until one of them ends, and takes those that end away.
+template <int step, int count>
+maskv sweep_together(std::vector<Strand>& strands, floatv spacing, floatv band) {
+  maskv changed = first_lanes(0);
+  Strand s[count];
+  std::copy(strands.end() - count, strands.end(), s);
+  strands.resize(strands.size() - count);
+  const auto shorter = [](const Strand& a, const Strand& b) { return a.left < b.left; };
+  const int together = std::min_element(s, s + count, shorter)->left;
+  for (int n = 0; n < together; ++n)
+    for (Strand& strand : s) changed = changed | advance<step>(strand, n, spacing, band);
+  for (Strand& strand : s) {
+    move_on<step>(strand, together);
+    if (strand.left > 0) strands.push_back(strand);
+  }
+  return changed;
 }
 
 // Sweeps strands that do not wait for one another; says whether anything came nearer. A vector waits for the one before it, for as long
 // as an upwind solution takes; four strands at once fill that time.
 template <int step>
 bool sweep_strands(std::vector<Strand>& strands, floatv spacing, floatv band) {
-  constexpr int at_once = 4;
   maskv changed = first_lanes(0);
-  while (strands.size() >= at_once) {
-    Strand s[at_once];
-    std::copy(strands.end() - at_once, strands.end(), s);
-    strands.resize(strands.size() - at_once);
-    for (int n = std::min({s[0].left, s[1].left, s[2].left, s[3].left}); n > 0; --n)
-      for (Strand& strand : s) changed = changed | advance<step>(strand, spacing, band);
-    for (const Strand& strand : s)
-      if (strand.left > 0) strands.push_back(strand);
-  }
-  for (Strand& strand : strands)
-    while (strand.left > 0) changed = changed | advance<step>(strand, spacing, band);
-  strands.clear();
+  while (!strands.empty()) switch (strands.size()) {
+      case 1: changed = changed | sweep_together<step, 1>(strands, spacing, band); break;
+      case 2: changed = changed | sweep_together<step, 2>(strands, spacing, band); break;
+      case 3: changed = changed | sweep_together<step, 3>(strands, spacing, band); break;
+      default: changed = changed | sweep_together<step, 4>(strands, spacing, band);
+    }
   return any(changed);
 }
 
@@ -140,12 +159,24 @@ class Memory {
 }  // namespace
 
 int fast_sweeping_sweeps(Distances<Real>& distances, Real band, int rounds) {
-  const Reach reach = make_reach(distances, band);
-  Skewed straight(distances, reach, false), mirrored(distances, reach, true);
-  const Memory memory(std::max(straight.size(), mirrored.size()));
+  const Reach reach = make_reach(distances, band, [](int planes, const auto& work_on) {
+  // A plane writes what is its own alone.
+#pragma omp parallel for schedule(static)
+    for (int z = 0; z < planes; ++z) work_on(z);
+  });
+  std::optional<Skewed> straight, mirrored;
+#pragma omp parallel sections
+  {
+    // Each is made from what nobody changes.
+#pragma omp section
+    straight.emplace(distances, reach, false);
+#pragma omp section
+    mirrored.emplace(distances, reach, true);
+  }
+  const Memory memory(std::max(straight->size(), mirrored->size()));
   for (int round = 1; round <= rounds; ++round) {
     bool changed = false;
-    for (Skewed* d : {&straight, &mirrored}) {
+    for (Skewed* d : {&*straight, &*mirrored}) {
       d->take(distances.distance, memory.floats());
       for (const int z : {1, -1}) changed |= sweep<1>(*d, distances.distance.spacing, band, z);
       for (const int z : {1, -1}) changed |= sweep<-1>(*d, distances.distance.spacing, band, z);

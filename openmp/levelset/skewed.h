@@ -40,9 +40,9 @@ class Skewed {
     return {sweep_.extents.data() + sweep_.begin[line], sweep_.extents.data() + sweep_.begin[line + 1]};
   }
 
-  // Vector t of a tile, and which of its lanes must stay as they are: interface points, and lanes beyond the field. What is beside a run
-  // is there, too: sixteen vectors before and after it, also of the tiles before and after, and the same vectors of the planes before and
-  // after; beyond the field it is `far`.
+  // Vector t of a tile, and which of its lanes must stay as they are: interface points, and lanes beyond the field. What a run looks at
+  // is there, too: the vectors before and after it, those fifteen ahead in the tile before and fifteen back in the tile after, and the
+  // same vectors of the planes before and after; beyond the field they are `far`.
   float* vector(int tile, int z, int t) const { return values_ + place(tile, z, t) * lanes; }
   const std::uint16_t* standing(int tile, int z, int t) const { return standing_.data() + place(tile, z, t); }
 
@@ -104,15 +104,16 @@ inline Skewed::Skewed(const Distances<float>& distances, const Reach& reach, boo
     }
   sweep_.begin.push_back(static_cast<int>(sweep_.extents.size()));
 
-  const auto mark_around = [&](int tile, int z, int vectors) {
+  const auto mark_runs_of = [&](int tile, int z, int before, int after) {
     if (tile >= 0 && tile < tiles_ && z >= 0 && z < nz_)
-      for (const auto& [begin, end] : runs(tile, z)) mark(begin - vectors, end + vectors);
+      for (const auto& [begin, end] : runs(tile, z)) mark(begin + before, end + after);
   };
   std::ptrdiff_t vectors = 0;
   for (int z = -1; z <= nz_; ++z)
     for (int tile = -1; tile <= tiles_; ++tile) {
-      for (const int beside : {-1, 0, 1}) mark_around(tile + beside, z, lanes);
-      mark_around(tile, z - 1, 0), mark_around(tile, z + 1, 0);
+      constexpr int aside = lanes - 1;
+      mark_runs_of(tile, z, -1, 1), mark_runs_of(tile + 1, z, aside, aside), mark_runs_of(tile - 1, z, -aside, -aside);
+      mark_runs_of(tile, z - 1, 0, 0), mark_runs_of(tile, z + 1, 0, 0);
       const std::size_t first = taken_.extents.size();
       close_line(taken_);
       // A line has room from its first vector on to its last, which is taken with up to fifteen more.
@@ -158,7 +159,7 @@ inline void Skewed::take(const Field<float>& field, float* values) {
 }
 
 inline void Skewed::give_back(Field<float>& field) const {
-  // Every tile is one thread's, and so are the lines that it is. Beyond a run's end, what was taken is given back.
+  // Every tile is one thread's, and so are the lines that it is.
 #pragma omp parallel for collapse(2) schedule(dynamic, 16)
   for (int z = 0; z < nz_; ++z)
     for (int tile = 0; tile < tiles_; ++tile)
@@ -167,8 +168,9 @@ inline void Skewed::give_back(Field<float>& field) const {
           floatv square[lanes];
           for (int i = 0; i < lanes; ++i) square[i] = load(vector(tile, z, t + i));
           transpose(square);
+          const maskv in_run = first_lanes(end - t);
           for (int l = 0; l < lanes; ++l)
-            if (const int y = y_of(tile, z, l); y >= 0) store(&field.value[field.index(t - l, y, z)], square[l]);
+            if (const int y = y_of(tile, z, l); y >= 0) store(&field.value[field.index(t - l, y, z)], square[l], in_run);
         }
 }
 

@@ -1,9 +1,9 @@
-// The racy twin of openmp/fluid/: its kernels' loops over the same building blocks, each with one mistake planted, which
-// thread sanitizer must flag. `make tsan` runs it; a sanitizer that misses these proves nothing by its silence on the others.
+// The racy twin of openmp/: its kernels' loops over the same building blocks, each with one mistake planted, which thread
+// sanitizer must flag. `make tsan` runs it; a sanitizer that misses these proves nothing by its silence on the others.
 //
 // usage: racy MISTAKE, from the top of the repository; it ends with exit code 0 where nothing flags it. Without an argument it
-// lists the mistakes and their scenes: the clump, where every particle is in one cell and any two threads meet in it, and the
-// dam break, where threads meet at the borders of their shares alone.
+// lists the mistakes and their scenes: the clump, where every particle is in one cell and any two threads meet in it; the dam
+// break, where threads meet at the borders of their shares alone; and a flag with rows for several bands a thread count.
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
@@ -11,11 +11,15 @@
 #include <utility>
 #include <vector>
 
+#include "common/cloth/make.h"
+#include "common/cloth/project.h"
+#include "common/cloth/scene.h"
 #include "common/fluid/convert.h"
 #include "common/fluid/fluid.h"
 #include "common/fluid/rebuild_grid.h"
 #include "common/fluid/scene.h"
 #include "common/simd.h"
+#include "openmp/cloth/schedule.h"
 #include "openmp/fluid/sub_grids.h"
 
 namespace {
@@ -113,25 +117,111 @@ void loops_without_barrier(Fluid<float>& fluid) {
   }
 }
 
+// --- Cloth. Constraints along a row stay in it, so the sweeps go without them.
+
+using cloth::Cloth;
+using cloth::openmp::Units;
+
+void enforce(Cloth<float>& cloth, int a, int b, float rest_2) {
+  Vectors<float>& p = cloth.position;
+  cloth::Point<float> pa = {p.x[a], p.y[a], p.z[a], cloth.inverse_mass[a]}, pb = {p.x[b], p.y[b], p.z[b], cloth.inverse_mass[b]};
+  cloth::project(pa, pb, rest_2);
+  if (pa.w > 0) p.x[a] = pa.x, p.y[a] = pa.y, p.z[a] = pa.z;
+  if (pb.w > 0) p.x[b] = pb.x, p.y[b] = pb.y, p.z[b] = pb.z;
+}
+
+void enforce_row(Cloth<float>& cloth, const cloth::Family<float>& family, int row) {
+  const cloth::Sheet& sheet = cloth.sheet;
+  for (int c = std::max(0, -family.right); c < sheet.columns - std::max(0, family.right); ++c)
+    enforce(cloth, sheet.index(row, c), sheet.index(row + family.down, c + family.right), family.rest_2);
+}
+
+// Bands of the sheet, then the seams between them: no barrier in between.
+void seams_without_barrier(Cloth<float>& cloth) {
+  Units units;
+  const int passes = 2 * static_cast<int>(cloth.families.size());
+  for (int pass = 0; pass < passes; ++pass)
+    if (const int down = cloth.families[pass / 2].down; down > 0)
+      for (int r = 0; r + down < cloth.sheet.rows; ++r)
+        if (r / down % 2 == pass % 2) units.push_back({pass, r, r + down + 1, down});
+  const cloth::openmp::Bands shared = cloth::openmp::cut_into_bands(units, cloth.sheet.rows, passes, omp_get_max_threads());
+  const int bands = static_cast<int>(shared.bands.size());
+#pragma omp parallel
+  {
+#pragma omp for schedule(static, 1) nowait
+    for (int band = 0; band < bands; ++band)
+      for (const auto& unit : shared.bands[band]) enforce_row(cloth, cloth.families[unit.pass / 2], unit.begin);
+#pragma omp for schedule(static, 1)
+    for (int seam = 0; seam < bands; ++seam)
+      for (const auto& unit : shared.seams[seam]) enforce_row(cloth, cloth.families[unit.pass / 2], unit.begin);
+  }
+}
+
+// Bands by stages, those of one stage two apart: no barrier between stages.
+void stages_without_barrier(Cloth<float>& cloth) {
+  constexpr int iterations = 2;
+  Units units;
+  for (int f = 0; f < static_cast<int>(cloth.families.size()); ++f)
+    if (const int down = cloth.families[f].down; down > 0)
+      for (int r = 0; r + down < cloth.sheet.rows; ++r) units.push_back({f, r, r + down + 1, down});
+  const std::vector<Units> stages = cloth::openmp::cut_into_stages(units, cloth.sheet.rows, 2 * omp_get_max_threads());
+  const int bands = static_cast<int>(stages.size());
+#pragma omp parallel
+  for (int stage = 0; stage < 2 * (iterations - 1) + bands; ++stage) {
+#pragma omp for schedule(static, 1) nowait
+    for (int band = stage % 2; band < bands; band += 2) {
+      if (band > stage || (stage - band) / 2 >= iterations) continue;
+      for (const auto& unit : stages[band]) enforce_row(cloth, cloth.families[unit.pass], unit.begin);
+    }
+  }
+}
+
+// Two batches taken for one: each of its particles in two constraints.
+void batches_sharing_particles(Cloth<float>& cloth) {
+  const cloth::Constraints<float>& list = cloth.batched;
+#pragma omp parallel for schedule(static)
+  for (int k = cloth.batch_begin[0]; k < cloth.batch_begin[2]; ++k) enforce(cloth, list.a[k], list.b[k], list.rest_2[k]);
+}
+
+template <class State>
 struct Mistake {
   const char *name, *scene;
-  void (*make)(Fluid<float>&);
+  void (*make)(State&);
 };
-constexpr Mistake mistakes[] = {
+constexpr Mistake<Fluid<float>> fluid_mistakes[] = {
     {"list_without_lock", "clump", list_without_lock},       {"list_under_wrong_lock", "clump", list_under_wrong_lock},
     {"sort_without_barrier", "clump", sort_without_barrier}, {"pairs_without_lock", "dam_break_5k", pairs_without_lock},
     {"buffer_shared", "dam_break_5k", buffer_shared},        {"loops_without_barrier", "dam_break_5k", loops_without_barrier}};
+constexpr Mistake<Cloth<float>> cloth_mistakes[] = {{"seams_without_barrier", "flag_128", seams_without_barrier},
+                                                    {"stages_without_barrier", "flag_128", stages_without_barrier},
+                                                    {"batches_sharing_particles", "flag_128", batches_sharing_particles}};
+
+Fluid<float> load_fluid(const std::string& name) {
+  Scene scene = load_scene("scenes/fluid/" + name + ".toml");
+  return make_fluid(fluid::convert<float>(scene.model), std::move(scene.particles));
+}
+
+Cloth<float> load_cloth(const std::string& name) {
+  return cloth::convert<float>(cloth::load_scene("scenes/cloth/" + name + ".toml").cloth);
+}
+
+// Makes the mistake of this name, or lists all where there is none. Returns whether there was such a mistake.
+template <class Mistakes, class Load>
+bool make_or_list(const Mistakes& mistakes, const char* name, Load load) {
+  for (const auto& mistake : mistakes) {
+    if (!name) std::printf("%s %s\n", mistake.name, mistake.scene);
+    if (!name || std::strcmp(name, mistake.name) != 0) continue;
+    auto state = load(mistake.scene);
+    mistake.make(state);
+    return true;
+  }
+  return false;
+}
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  for (const Mistake& mistake : mistakes) {
-    if (argc < 2) std::printf("%s %s\n", mistake.name, mistake.scene);
-    if (argc < 2 || std::strcmp(argv[1], mistake.name) != 0) continue;
-    Scene scene = load_scene(std::string("scenes/fluid/") + mistake.scene + ".toml");
-    Fluid<float> fluid = make_fluid(fluid::convert<float>(scene.model), std::move(scene.particles));
-    mistake.make(fluid);
-    return 0;
-  }
-  return argc < 2 ? 0 : 2;
+  const char* const name = argc < 2 ? nullptr : argv[1];
+  const bool made = make_or_list(fluid_mistakes, name, load_fluid) || make_or_list(cloth_mistakes, name, load_cloth);
+  return made || !name ? 0 : 2;
 }
