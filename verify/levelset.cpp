@@ -44,7 +44,7 @@ std::shared_ptr<const Inputs> inputs(const std::string& path) {
 using Change = std::function<void(Distances<float>&)>;
 
 ElementName point_name(const Field<float>& field) {
-  return [nx = field.nx, ny = field.ny, pitch = field.pitch](std::size_t i) {
+  return [ny = field.ny, pitch = field.pitch](std::size_t i) {
     const int x = static_cast<int>(i % pitch) - Field<float>::padding, line = static_cast<int>(i / pitch);
     return "distance of (" + std::to_string(x) + ", " + std::to_string(line % ny) + ", " + std::to_string(line / ny) + ")";
   };

@@ -32,7 +32,8 @@ namespace openmp {
 Forces<float> forces_cell_locks;    // symmetric, every update of a cell under that cell's lock
 Forces<float> forces_sub_grid;      // symmetric, locks only for cells that two threads' sub-grids touch
 Forces<float> forces_owner_gather;  // each particle sums its own neighbours: twice the terms, no lock
-Forces<float> forces_pair_lists;    // symmetric over the pairs that the densities noted; a plane of cells at a time in scratch of its own: no lock
+Forces<float>
+    forces_pair_lists;  // symmetric over the pairs that the densities noted; a plane of cells at a time in scratch of its own: no lock
 }  // namespace openmp
 
 }  // namespace lockstep::fluid

@@ -33,6 +33,7 @@ inline int band_of(const std::vector<int>& cut, int row) {
 // For units in the order of their passes: the row that the sweep must have reached when each of them is done.
 inline std::vector<int> rows_reached(const Units& units, int rows) {
   std::vector<int> reached(rows, 0), times;
+  times.reserve(units.size());
   for (const auto& [pass, begin, end, step] : units) {
     int time = end - 1;
     for (int r = begin; r < end; r += step) time = std::max(time, reached[r]);
@@ -42,13 +43,14 @@ inline std::vector<int> rows_reached(const Units& units, int rows) {
   return times;
 }
 
-// The units in the order of the sweep. Stable: among units of one time the order of the passes stays.
+// The units in the order of the sweep: by counting, which keeps the order of the passes among units of one time.
 inline Units in_sweep_order(const Units& units, int rows) {
   const std::vector<int> times = rows_reached(units, rows);
-  std::vector<Units> at(rows);
-  for (std::size_t u = 0; u < units.size(); ++u) at[times[u]].push_back(units[u]);
-  Units sweep;
-  for (const Units& row : at) sweep.insert(sweep.end(), row.begin(), row.end());
+  std::vector<int> next(rows + 1, 0);
+  for (const int time : times) ++next[time + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  Units sweep(units.size());
+  for (std::size_t u = 0; u < units.size(); ++u) sweep[next[times[u]]++] = units[u];
   return sweep;
 }
 
