@@ -63,10 +63,11 @@ int run(const RunOptions& options) {
   }
   progress("");
   if (one_file) simulation.write_state(options.out);
-  std::printf("%s: %d particles, %d frames, %s %s on %d threads: %.2f ms a frame, %.3g particle-steps/s; wrote %s\n",
-              simulation.name.c_str(), simulation.particles, frames, options.variant.c_str(), simulation.form.c_str(),
+  const char* unit = simulation.unit.c_str();
+  std::printf("%s: %d %s, %d frames, %s %s on %d threads: %.2f ms a frame, %.3g %s a second; wrote %s\n", simulation.name.c_str(),
+              simulation.elements, unit, frames, options.variant.c_str(), simulation.form.c_str(),
               options.variant == "serial" ? 1 : omp_get_max_threads(), 1e3 * seconds / frames,
-              simulation.particles * double(frames) / seconds, options.out.c_str());
+              simulation.elements * double(frames) / seconds, unit, options.out.c_str());
   return 0;
 }
 

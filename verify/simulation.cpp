@@ -45,7 +45,8 @@ Simulation fluid_simulation(const RunOptions& options) {
   return {
       .name = scene.name,
       .form = form.name,
-      .particles = state->particles.count,
+      .elements = state->particles.count,
+      .unit = "particles",
       .frames = scene.frames,
       .step = [state, is_start, form] { form.step(*state), *is_start = false; },
       .write_frame =
@@ -74,7 +75,8 @@ Simulation cloth_simulation(const RunOptions& options) {
   return {
       .name = scene.name,
       .form = form.name,
-      .particles = is_sheet ? state->sheet.rows * state->sheet.columns : state->count,
+      .elements = is_sheet ? state->sheet.rows * state->sheet.columns : state->count,
+      .unit = "particles",
       .frames = scene.frames,
       .step = [state, step] { step(*state); },
       .write_frame = [state](const std::string& path) { cloth::write_vtk(path, *state); },
@@ -120,7 +122,8 @@ Simulation levelset_simulation(const RunOptions& options) {
   return {
       .name = state->scene.name,
       .form = form.name,
-      .particles = grid.nx * grid.ny * grid.nz,
+      .elements = grid.nx * grid.ny * grid.nz,
+      .unit = "points",
       .frames = 1,
       .step =
           [state, form] {

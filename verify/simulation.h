@@ -12,8 +12,9 @@ namespace lockstep::verify {
 struct Simulation {
   std::string name;  // the scene's
   std::string form;  // which form of the step
-  int particles;
-  int frames;  // how many the scene asks for
+  int elements;
+  std::string unit;  // what the elements are: particles, points
+  int frames;        // how many the scene asks for
   std::function<void()> step;
   std::function<void(const std::string& path)> write_frame;  // for ParaView
   std::function<void(const std::string& path)> write_state;  // as one file
