@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "common/batches.h"
+#include "common/convert.h"
 
 namespace lockstep::cloth {
 namespace {
@@ -61,18 +62,6 @@ void finish(Cloth<double>& cloth) {
     for (const int i : {cloth.triangles[t].a, cloth.triangles[t].b, cloth.triangles[t].c}) cloth.corner[next[i]++] = t;
 }
 
-template <class To, class From>
-Vector3<To> convert(const Vector3<From>& v) {
-  return {static_cast<To>(v.x), static_cast<To>(v.y), static_cast<To>(v.z)};
-}
-template <class To, class From>
-Array<To> convert(const Array<From>& array) {
-  return Array<To>(array.begin(), array.end());
-}
-template <class To, class From>
-Vectors<To> convert(const Vectors<From>& v) {
-  return {convert<To>(v.x), convert<To>(v.y), convert<To>(v.z)};
-}
 template <class To, class From>
 Constraints<To> convert(const Constraints<From>& c) {
   return {c.a, c.b, convert<To>(c.rest_2), c.count};

@@ -1,20 +1,10 @@
-// A simulation's state in another precision. Widening float to double is exact: the double run then solves the very problem
-// that the float run solves, and the difference is the float run's rounding.
+// A simulation's state in another precision (common/convert.h).
 #pragma once
 
+#include "common/convert.h"
 #include "common/fluid/fluid.h"
 
 namespace lockstep::fluid {
-
-template <class To, class From>
-Array<To> convert(const Array<From>& array) {
-  return Array<To>(array.begin(), array.end());
-}
-
-template <class To, class From>
-Vectors<To> convert(const Vectors<From>& v) {
-  return {convert<To>(v.x), convert<To>(v.y), convert<To>(v.z)};
-}
 
 template <class To, class From>
 Particles<To> convert(const Particles<From>& p) {

@@ -5,6 +5,7 @@
 
 #include <numbers>
 
+#include "common/convert.h"
 #include "common/vector3.h"
 
 namespace lockstep::fluid {
@@ -56,12 +57,6 @@ inline Model<double> make_model(double particles_per_metre) {
   };
 }
 
-template <class To, class From>
-Vector3<To> convert(const Vector3<From>& v) {
-  return {static_cast<To>(v.x), static_cast<To>(v.y), static_cast<To>(v.z)};
-}
-
-// The same constants in another precision. Widening a Model<float> gives exactly the problem that the float run solves.
 template <class To, class From>
 Model<To> convert(const Model<From>& m) {
   return {
