@@ -54,14 +54,17 @@ Reach make_reach(const Distances<Real>& distances, Real band, const ForEach& for
   // A byte a point would do; a bit a point is eight times faster to spread. Word w of a line holds points 64 w .. 64 w + 63.
   const int words = (d.nx + 63) / 64;
   std::vector<std::uint64_t> bits(static_cast<std::size_t>(lines) * words, 0), spread(bits.size());
-  for (const auto& [x, y, z] : distances.interface) {
-    std::uint64_t* const line = &bits[static_cast<std::size_t>(z * d.ny + y) * words];
-    for (int i = std::max(x - steps, 0), end = std::min(x + steps + 1, d.nx); i < end;) {
-      const int next = std::min((i / 64 + 1) * 64, end);
-      line[i / 64] |= (~std::uint64_t(0) >> (64 - (next - i))) << i % 64;
-      i = next;
+  // Interface points are in the order of the field, so those of a plane stand together.
+  for_each(d.nz, [&](int plane) {
+    for (const auto& [x, y, z] : std::ranges::equal_range(distances.interface, plane, {}, &Point::z)) {
+      std::uint64_t* const line = &bits[static_cast<std::size_t>(z * d.ny + y) * words];
+      for (int i = std::max(x - steps, 0), end = std::min(x + steps + 1, d.nx); i < end;) {
+        const int next = std::min((i / 64 + 1) * 64, end);
+        line[i / 64] |= (~std::uint64_t(0) >> (64 - (next - i))) << i % 64;
+        i = next;
+      }
     }
-  }
+  });
   // Along y, whatever lies within `steps` lines, and then along z, within `steps` planes.
   const std::ptrdiff_t plane = static_cast<std::ptrdiff_t>(d.ny) * words;
   const auto add = [&](std::ptrdiff_t to, std::ptrdiff_t from, std::ptrdiff_t count) {
@@ -101,13 +104,15 @@ Reach make_reach(const Distances<Real>& distances, Real band, const ForEach& for
       }
     }
   });
+  std::vector<std::size_t> first = {0};  // [plane]: extents of the planes before
+  for (const Reach& p : planes) first.push_back(first.back() + p.extents.size());
   Reach reach;
-  for (const Reach& p : planes) {
-    const int before = static_cast<int>(reach.extents.size());
-    for (const int begin : p.begin) reach.begin.push_back(before + begin);
-    reach.extents.insert(reach.extents.end(), p.extents.begin(), p.extents.end());
-  }
-  reach.begin.push_back(static_cast<int>(reach.extents.size()));
+  reach.extents.resize(first.back());
+  reach.begin.assign(lines + 1, static_cast<int>(first.back()));
+  for_each(d.nz, [&](int z) {
+    for (int y = 0; y < d.ny; ++y) reach.begin[z * d.ny + y] = static_cast<int>(first[z]) + planes[z].begin[y];
+    std::ranges::copy(planes[z].extents, reach.extents.begin() + first[z]);
+  });
   return reach;
 }
 

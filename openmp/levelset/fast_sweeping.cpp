@@ -12,6 +12,7 @@
 // common/levelset/fast_sweeping.h.
 #include "common/levelset/fast_sweeping.h"
 
+#include <omp.h>
 #include <sys/mman.h>
 
 #include <algorithm>
@@ -122,13 +123,21 @@ bool sweep(const Skewed& d, Real spacing, Real band, int step_z) {
   bool changed = false;
 #pragma omp parallel reduction(| : changed)
   {
+    const int thread = omp_get_thread_num(), threads = omp_get_num_threads();
     std::vector<Strand> strands;
     for (int diagonal = 0; diagonal < tiles + planes - 1; ++diagonal) {
-      // Tiles of a diagonal wait for tiles of the diagonal before alone, which the barrier ends; none reads what another writes.
-#pragma omp for schedule(static) nowait
-      for (int i = std::max(0, diagonal - planes + 1); i < std::min(tiles, diagonal + 1); ++i) {
-        const int tile = step > 0 ? i : tiles - 1 - i, z = step_z > 0 ? diagonal - i : planes - 1 - (diagonal - i);
-        for (const Extent& run : d.runs(tile, z)) strands.push_back(begin_strand<step>(d, tile, z, run));
+      const int begin = std::max(0, diagonal - planes + 1), end = std::min(tiles, diagonal + 1);
+      const auto tile = [&](int i) { return step > 0 ? i : tiles - 1 - i; };
+      const auto plane = [&](int i) { return step_z > 0 ? diagonal - i : planes - 1 - (diagonal - i); };
+      // Tiles of a diagonal wait for tiles of the diagonal before alone, which the barrier ends; none reads what another writes. In a
+      // band many are empty, so each thread takes its share of the vectors: the tiles whose middle lies in it.
+      long long all = 0, before = 0;
+      for (int i = begin; i < end; ++i) all += d.vectors(tile(i), plane(i));
+      for (int i = begin; i < end; ++i) {
+        const int own = d.vectors(tile(i), plane(i));
+        if ((2 * before + own) * threads / (2 * all + 1) == thread)
+          for (const Extent& run : d.runs(tile(i), plane(i))) strands.push_back(begin_strand<step>(d, tile(i), plane(i), run));
+        before += own;
       }
       changed |= sweep_strands<step>(strands, spacing, band);
 #pragma omp barrier

@@ -13,9 +13,7 @@
 // No serial twin: a serial sweep visits points in the order of the field.
 #pragma once
 
-#include <sys/mman.h>
 #include <algorithm>
-
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -38,6 +36,12 @@ class Skewed {
   std::span<const Extent> runs(int tile, int z) const {
     const int line = z * tiles_ + tile;
     return {sweep_.extents.data() + sweep_.begin[line], sweep_.extents.data() + sweep_.begin[line + 1]};
+  }
+
+  int vectors(int tile, int z) const {  // in all its runs
+    int n = 0;
+    for (const auto& [begin, end] : runs(tile, z)) n += end - begin;
+    return n;
   }
 
   // Vector t of a tile, and which of its lanes must stay as they are: interface points, and lanes beyond the field. What a run looks at
