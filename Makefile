@@ -10,8 +10,9 @@ $(if $(isa_$(ISA)),,$(error ISA=$(ISA): expected avx512, avx2 or portable))
 CXX   = g++
 # errno is not looked at: without the flag, sqrt keeps loops from becoming lanes. Values do not change.
 FLAGS = -std=c++20 -O3 $(isa_$(ISA)) -ffp-contract=off -fno-math-errno -fopenmp -Wall -Wextra
+LIBS  = -lqhull_r
 PYTHON = /usr/bin/python3
-DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libtinyobjloader-dev libgtest-dev python3-matplotlib clang-14 libomp-14-dev libclang-rt-14-dev
+DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libtinyobjloader-dev libqhull-dev libeigen3-dev libccd-dev libgtest-dev python3-matplotlib clang-14 libomp-14-dev libclang-rt-14-dev
 
 # Where objects go: a folder for each way to build.
 BUILD := build/$(ISA)
@@ -58,7 +59,7 @@ tsan:  ## every parallel kernel under clang's thread sanitizer, and a racy twin 
 	verify/tsan.sh $(KERNEL)
 
 build/tsan/racy: $(kernel) $(BUILD)/tests/tsan/racy.o
-	$(CXX) $(FLAGS) $^ -o $@
+	$(CXX) $(FLAGS) $^ $(LIBS) -o $@
 
 sanitize:  ## the tests under the address and undefined-behaviour sanitizers
 	$(MAKE) test BUILD=build/sanitize-$(ISA) FLAGS='-std=c++20 -O1 -g1 $(isa_$(ISA)) -ffp-contract=off -fno-math-errno -fopenmp -fsanitize=address,undefined -fno-sanitize-recover=undefined'
@@ -83,10 +84,10 @@ build/lockstep: $(BUILD)/lockstep
 	@ln -sfn $(BUILD:build/%=%)/lockstep $@
 
 $(BUILD)/lockstep: $(kernel) $(verify)
-	$(CXX) $(FLAGS) $^ -o $@
+	$(CXX) $(FLAGS) $^ $(LIBS) -o $@
 
 $(BUILD)/unit_tests: $(kernel) $(filter-out %/main.o,$(verify)) $(tests)
-	$(CXX) $(FLAGS) $^ -lgtest_main -lgtest -pthread -o $@
+	$(CXX) $(FLAGS) $^ $(LIBS) -lccd -lgtest_main -lgtest -pthread -o $@
 
 compile = @mkdir -p $(@D) && echo "compile $@" && $(CXX) $(FLAGS) -I. -I$(BUILD) -MMD -MP
 $(BUILD)/%.float.o: %.cpp Makefile

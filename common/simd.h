@@ -59,7 +59,9 @@ Records load_records(const float* records, const std::int32_t* index);  // field
 Quads load_quads(const float* records, const std::int32_t* index);
 void store_quads(float* records, const std::int32_t* index, Quads quads, maskv mask);
 
-void store_records(float* records, const std::int32_t* index, const Records& r);  // and back; of different indices
+// And back: if (mask) records[8 * index[l] + f] = field[f] lane l, where active indices differ.
+void store_records(float* records, const std::int32_t* index, const Records& r, maskv mask);
+void store_records(float* records, const std::int32_t* index, const Records& r);  // of all lanes
 
 // One record, its eight floats at once: for what must be done to records one after another.
 recordv load_record(const float* p);      // p[f], 32-byte aligned
@@ -169,6 +171,10 @@ LOCKSTEP_INLINE bool all(maskv mask) { return bits(mask) == 0xffff; }
 LOCKSTEP_INLINE bool none(maskv mask) { return bits(mask) == 0; }
 LOCKSTEP_INLINE int count(maskv mask) { return std::popcount(bits(mask)); }
 LOCKSTEP_INLINE maskv first_lanes(int n) { return lane_index() < n; }
+
+LOCKSTEP_INLINE void store_records(float* records, const std::int32_t* index, const Records& r) {
+  store_records(records, index, r, lanes_of(0xffff));
+}
 
 template <class V>
 concept Lanes = std::same_as<V, floatv> || std::same_as<V, intv> || std::same_as<V, maskv>;

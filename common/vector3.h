@@ -1,14 +1,42 @@
-// Three components: of one point (Vector3), and of many, one array a component (Vectors).
+// Three components: of one point (Vector3), of sixteen (Vector3<floatv>), and of many, one array a component (Vectors).
 #pragma once
+
+#include <type_traits>
 
 #include "common/array.h"
 
 namespace lockstep {
 
-template <class Real>
+template <class T>
 struct Vector3 {
-  Real x, y, z;
+  T x, y, z;
 };
+
+// One order of operations for scalars and lanes, so that both give the same bits.
+template <class T>
+inline Vector3<T> operator+(const Vector3<T>& a, const Vector3<T>& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+template <class T>
+inline Vector3<T> operator-(const Vector3<T>& a, const Vector3<T>& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+template <class T>
+inline Vector3<T> operator-(const Vector3<T>& a) {
+  return {-a.x, -a.y, -a.z};
+}
+template <class T>
+inline Vector3<T> operator*(const std::type_identity_t<T>& s, const Vector3<T>& a) {
+  return {s * a.x, s * a.y, s * a.z};
+}
+template <class T>
+inline T dot(const Vector3<T>& a, const Vector3<T>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class T>
+inline Vector3<T> cross(const Vector3<T>& a, const Vector3<T>& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 
 template <class Real>
 struct Vectors {

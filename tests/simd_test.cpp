@@ -476,6 +476,11 @@ TEST(Simd, StoresWholeRecords) {
     store_records(base, index.data(), r);
     for (int k = 0; k < records; ++k)
       for (int f = 0; f < 8; ++f) ASSERT_EQ(base[8 * index[k] + f], k < lanes ? 8 * k + f : -1);
+    const std::uint32_t some = random() & 0xffff;
+    std::fill_n(base, 8 * records, -1.f);
+    store_records(base, index.data(), r, lanes_of(some));
+    for (int k = 0; k < records; ++k)
+      for (int f = 0; f < 8; ++f) ASSERT_EQ(base[8 * index[k] + f], k < lanes && some >> k & 1 ? 8 * k + f : -1);
   }
 }
 

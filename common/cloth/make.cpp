@@ -10,11 +10,6 @@
 namespace lockstep::cloth {
 namespace {
 
-Vector3<double> operator+(Vector3<double> a, Vector3<double> b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-Vector3<double> operator-(Vector3<double> a, Vector3<double> b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-Vector3<double> operator*(double s, Vector3<double> a) { return {s * a.x, s * a.y, s * a.z}; }
-double square(Vector3<double> a) { return a.x * a.x + a.y * a.y + a.z * a.z; }
-
 void allocate(Cloth<double>& cloth, int count) {
   cloth.count = count;
   cloth.position.resize(count);
@@ -95,7 +90,10 @@ Cloth<double> make_sheet(const Model<double>& model, const Bodies<double>& bodie
     }
   for (const int i : plan.pinned) cloth.inverse_mass[sheet.index(i / columns, i % columns)] = 0;
 
-  const auto family = [&](int down, int right) -> Family<double> { return {down, right, square(down * plan.down + right * plan.across)}; };
+  const auto family = [&](int down, int right) -> Family<double> {
+    const Vector3<double> link = down * plan.down + right * plan.across;
+    return {down, right, dot(link, link)};
+  };
   cloth.families.push_back(family(1, 0));
   if (plan.bending) cloth.families.push_back(family(2, 0));
   cloth.families.push_back(family(0, 1));
@@ -135,7 +133,7 @@ Cloth<double> make_mesh(const Model<double>& model, const Bodies<double>& bodies
   for (const int i : plan.pinned) cloth.inverse_mass[i] = 0;
   cloth.triangles = plan.triangles;
 
-  const auto tie_points = [&](int a, int b) { tie(cloth, a, b, square(plan.points[b] - plan.points[a])); };
+  const auto tie_points = [&](int a, int b) { tie(cloth, a, b, dot(plan.points[b] - plan.points[a], plan.points[b] - plan.points[a])); };
   std::map<std::pair<int, int>, int> far_corner;  // of the last triangle at an edge
   std::vector<std::pair<int, int>> bends;
   for (const Triangle& t : plan.triangles)

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <utility>
 
-#include "common/input_error.h"
 #include "common/levelset/reach.h"
 
 namespace lockstep::levelset {
@@ -13,14 +12,10 @@ namespace {
 
 using Vector = Vector3<double>;
 
-Vector minus(const Vector& a, const Vector& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-double dot(const Vector& a, const Vector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-Vector cross(const Vector& a, const Vector& b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
-
 // --- Distance
 
 double squared_distance_from_edge(const Vector& p, const Vector& a, const Vector& b) {
-  const Vector ap = minus(p, a), ab = minus(b, a);
+  const Vector ap = (p - a), ab = (b - a);
   const double length_2 = dot(ab, ab), t = length_2 > 0 ? std::clamp(dot(ap, ab) / length_2, 0., 1.) : 0;
   const Vector off = {ap.x - t * ab.x, ap.y - t * ab.y, ap.z - t * ab.z};
   return dot(off, off);
@@ -33,19 +28,19 @@ struct Plate {
   double normal_2;  // its square; 0 of a triangle too thin to have a normal, which is as good as its edges
 
   explicit Plate(const Vector& a, const Vector& b, const Vector& c) : a(a), b(b), c(c) {
-    const Vector ab = minus(b, a), ac = minus(c, a);
+    const Vector ab = (b - a), ac = (c - a);
     normal = cross(ab, ac);
     normal_2 = dot(normal, normal);
     if (!(normal_2 > 1e-24 * dot(ab, ab) * dot(ac, ac))) normal_2 = 0;
   }
 
   double squared_distance_from_plane(const Vector& p) const {
-    const double along = dot(minus(p, a), normal);
+    const double along = dot((p - a), normal);
     return normal_2 > 0 ? along * along / normal_2 : 0;
   }
 
   double squared_distance(const Vector& p) const {
-    const auto is_left_of = [&](const Vector& from, const Vector& to) { return dot(cross(minus(to, from), minus(p, from)), normal) >= 0; };
+    const auto is_left_of = [&](const Vector& from, const Vector& to) { return dot(cross((to - from), (p - from)), normal) >= 0; };
     if (normal_2 > 0 && is_left_of(a, b) && is_left_of(b, c) && is_left_of(c, a)) return squared_distance_from_plane(p);
     return std::min({squared_distance_from_edge(p, a, b), squared_distance_from_edge(p, b, c), squared_distance_from_edge(p, c, a)});
   }
@@ -128,21 +123,6 @@ Field<std::uint8_t> inside(const Mesh& mesh, const Grid& grid) {
 }
 
 }  // namespace
-
-void require_closed(const Mesh& mesh, const std::string& where) {
-  std::vector<std::pair<int, int>> edges;
-  for (const auto& [a, b, c] : mesh.triangles)
-    for (const auto& [from, to] : {std::pair(a, b), std::pair(b, c), std::pair(c, a)}) edges.push_back(std::minmax(from, to));
-  std::ranges::sort(edges);
-  for (auto edge = edges.begin(); edge != edges.end();) {
-    const auto next = std::upper_bound(edge, edges.end(), *edge);
-    if (next - edge != 2)
-      throw InputError(where + ": the edge of points " + std::to_string(edge->first + 1) + " and " + std::to_string(edge->second + 1) +
-                       " is in " + std::to_string(next - edge) + (next - edge == 1 ? " triangle" : " triangles") +
-                       ", expected two: a closed mesh");
-    edge = next;
-  }
-}
 
 Field<double> signed_distance(const Mesh& mesh, const Grid& grid) {
   Field<double> distance = squared_distance(mesh, grid);

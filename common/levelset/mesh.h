@@ -1,17 +1,11 @@
 // The signed distance from a closed triangle mesh.
 #pragma once
 
-#include <string>
-
 #include "common/levelset/field.h"
 #include "common/levelset/grid.h"
 #include "common/mesh.h"
 
 namespace lockstep::levelset {
-
-// Throws InputError, in one line that begins with `where`, unless every edge is an edge of exactly two triangles: only then is there an
-// inside.
-void require_closed(const Mesh& mesh, const std::string& where);
 
 // How far from the mesh distances are exact, in spacings; all points beside the interface are nearer.
 inline constexpr double exact_spacings = 3;

@@ -49,7 +49,7 @@ struct Scene {
 // Reads a TOML scene. Throws InputError in one line, `file:line:column: what was expected`, where the file cannot be read, is not what is
 // written above (an unknown key, a wrong type, a number out of range or not finite, a band wider than the grid), does not fit the
 // machine's memory, asked before the field is made, or no interface comes between points of the grid; likewise where an OBJ is refused
-// (common/obj.h), or a mesh is not closed (common/levelset/mesh.h).
+// (common/obj.h), or a mesh is not closed (common/mesh.h).
 Scene load_scene(const std::string& path);
 
 }  // namespace lockstep::levelset

@@ -92,14 +92,15 @@ LOCKSTEP_INLINE Records load_records(const float* records, const std::int32_t* i
   return r;
 }
 
-LOCKSTEP_INLINE void store_records(float* records, const std::int32_t* index, const Records& r) {
+LOCKSTEP_INLINE void store_records(float* records, const std::int32_t* index, const Records& r, maskv mask) {
   __m256 low[8], high[8];
   for (int f = 0; f < 8; ++f) low[f] = r.field[f].lo, high[f] = r.field[f].hi;
   transpose(low);
   transpose(high);
+  const std::uint32_t set = bits(mask);
   for (int l = 0; l < 8; ++l) {
-    _mm256_store_ps(records + 8 * index[l], low[l]);
-    _mm256_store_ps(records + 8 * index[l + 8], high[l]);
+    if (set >> l & 1) _mm256_store_ps(records + 8 * index[l], low[l]);
+    if (set >> (l + 8) & 1) _mm256_store_ps(records + 8 * index[l + 8], high[l]);
   }
 }
 

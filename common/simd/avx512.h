@@ -76,7 +76,7 @@ LOCKSTEP_INLINE Records load_records(const float* records, const std::int32_t* i
 }
 
 // Rounds of shuffles within quarters make quarters of records; then the two quarters of each record are put side by side.
-LOCKSTEP_INLINE void store_records(float* records, const std::int32_t* index, const Records& r) {
+LOCKSTEP_INLINE void store_records(float* records, const std::int32_t* index, const Records& r, maskv mask) {
   __m512d quarter[8];  // [4 half + k]: that half of records k, k + 4, k + 8, k + 12
   for (int f = 0; f < 8; f += 4) {
     const __m512d low_a = _mm512_castps_pd(_mm512_unpacklo_ps(r.field[f].v, r.field[f + 1].v));
@@ -90,8 +90,8 @@ LOCKSTEP_INLINE void store_records(float* records, const std::int32_t* index, co
   }
   const __m512i first_two = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11), last_two = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
   const auto put = [&](int l, __m512d two) {
-    _mm256_store_pd(reinterpret_cast<double*>(records + 8 * index[l]), _mm512_castpd512_pd256(two));
-    _mm256_store_pd(reinterpret_cast<double*>(records + 8 * index[l + 4]), _mm512_extractf64x4_pd(two, 1));
+    if (mask.m >> l & 1) _mm256_store_pd(reinterpret_cast<double*>(records + 8 * index[l]), _mm512_castpd512_pd256(two));
+    if (mask.m >> (l + 4) & 1) _mm256_store_pd(reinterpret_cast<double*>(records + 8 * index[l + 4]), _mm512_extractf64x4_pd(two, 1));
   };
   for (int k = 0; k < 4; ++k) {
     put(k, _mm512_permutex2var_pd(quarter[k], first_two, quarter[k + 4]));

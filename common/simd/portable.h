@@ -93,9 +93,9 @@ LOCKSTEP_INLINE Records load_records(const float* records, const std::int32_t* i
   return r;
 }
 
-LOCKSTEP_INLINE void store_records(float* records, const std::int32_t* index, const Records& r) {
+LOCKSTEP_INLINE void store_records(float* records, const std::int32_t* index, const Records& r, maskv mask) {
   for (int l = 0; l < lanes; ++l)
-    for (int f = 0; f < 8; ++f) records[8 * index[l] + f] = r.field[f].lane[l];
+    for (int f = 0; f < 8 && bits(mask) >> l & 1; ++f) records[8 * index[l] + f] = r.field[f].lane[l];
 }
 
 struct recordv {
