@@ -24,4 +24,8 @@ struct Batches {
 // Source: [LRB08] "Algorithm restructuring", Figure 13; [ITJ07] on the same rule for contact constraints.
 Batches make_batches(std::span<const std::int32_t> a, std::span<const std::int32_t> b, std::span<const char> movable);
 
+// The same without reordering: a constraint joins the batch after the last one that holds an earlier constraint at either of its
+// objects. Solving batch after batch then does what solving in the original order does, bit for bit.
+Batches make_levels(std::span<const std::int32_t> a, std::span<const std::int32_t> b, std::span<const char> movable);
+
 }  // namespace lockstep

@@ -12,7 +12,8 @@ std::string kind_of_scene(const std::string& path) {
   const toml::node* kind = scene.get("kind");
   if (!kind) refuse(scene.source(), "kind is missing");
   const std::string name = kind->value_exact<std::string>().value_or("");
-  if (name != "fluid" && name != "cloth" && name != "levelset") refuse_value(*kind, "kind", "\"fluid\", \"cloth\" or \"levelset\"");
+  if (name != "fluid" && name != "cloth" && name != "levelset" && name != "rigid")
+    refuse_value(*kind, "kind", "\"fluid\", \"cloth\", \"levelset\" or \"rigid\"");
   return name;
 }
 

@@ -5,8 +5,8 @@
 
 namespace lockstep {
 
-// "fluid", "cloth" or "levelset": "fluid" for a .fluid file, else the TOML's `kind`. Throws InputError where it cannot be read or is
-// none of them; what else the scene says is not looked at.
+// "fluid", "cloth", "levelset" or "rigid": "fluid" for a .fluid file, else the TOML's `kind`. Throws InputError where it cannot be read or
+// is none of them; what else the scene says is not looked at.
 std::string kind_of_scene(const std::string& path);
 
 }  // namespace lockstep

@@ -213,8 +213,8 @@ TEST_F(ClothSceneTest, KnowsItsKind) {
   EXPECT_EQ(kind_of_scene(path("none.fluid")), "fluid");
   const auto error = [&](const std::string& toml) { return without_folder(error_of([&] { kind(toml); })); };
   EXPECT_EQ(error("frames = 1\n"), "a.toml:1:1: kind is missing");
-  EXPECT_EQ(error("frames = 1\nkind = \"sand\"\n"), "a.toml:2:8: kind: expected \"fluid\", \"cloth\" or \"levelset\"");
-  EXPECT_EQ(error("kind = 1\n"), "a.toml:1:8: kind: expected \"fluid\", \"cloth\" or \"levelset\"");
+  EXPECT_EQ(error("frames = 1\nkind = \"sand\"\n"), "a.toml:2:8: kind: expected \"fluid\", \"cloth\", \"levelset\" or \"rigid\"");
+  EXPECT_EQ(error("kind = 1\n"), "a.toml:1:8: kind: expected \"fluid\", \"cloth\", \"levelset\" or \"rigid\"");
   EXPECT_EQ(error("kind = \n").rfind("a.toml:1:", 0), 0u);
   EXPECT_EQ(without_folder(error_of([&] { kind_of_scene(path("none.toml")); })), "none.toml: cannot be read: No such file or directory");
 }

@@ -1,0 +1,27 @@
+// Contract: contacts put into batches of which none share a body that moves, by the papers' rule (common/batches.h): in order, each into
+// the earliest batch where neither of its bodies stands. Static bodies conflict with nobody. A contact's points stay together.
+//
+// In: manifolds; body[collider]; which bodies move. Source: [LRB08] Figure 13; [ITJ07] Figures 2 to 4.
+#pragma once
+
+#include <span>
+
+#include "common/batches.h"
+#include "common/rigid/manifold.h"
+#include "common/rigid/world.h"
+
+namespace lockstep::rigid {
+
+template <class Real>
+using ReorderContacts = Batches(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body, const Bodies<Real>& bodies);
+
+namespace serial {
+ReorderContacts<float> reorder_contacts;
+ReorderContacts<double> reorder_contacts;
+}  // namespace serial
+
+namespace openmp {
+ReorderContacts<float> reorder_contacts;
+}  // namespace openmp
+
+}  // namespace lockstep::rigid

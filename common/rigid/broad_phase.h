@@ -1,0 +1,73 @@
+// Contract: the broad phase, three times. Each finds exactly the same pairs (common/rigid/pairs.h), in the same order.
+//
+//   sweep_and_prune_batch        sorts the lower ends of the boxes along the axis on which their centres are spread most (greatest
+//                                variance; the first of equals), and sweeps each box on to where the lower ends pass its upper end.
+//                                The papers' algorithm; openmp sorts in parallel and sweeps each box on its own, sixteen candidates at
+//                                once.
+//   sweep_and_prune_incremental  the same from the order of the step before, mended by insertion: the best serial one where little moves.
+//   bvh                          a tree of boxes, built from nothing (build_tree) or fitted to boxes that moved (refit_tree), and descended
+//                                by pairs of nodes, where every pair that overlaps gives rise to more (tree_pairs).
+//   grid                         a uniform grid, hashed, of cells as large as the larger ones of like boxes; the few that are larger than a
+//                                cell are kept apart and tested against all.
+//
+// refit_tree takes a tree that build_tree made of the same colliders; tree_pairs one whose boxes are those of `bounds`.
+//
+// In: bounds; group[collider] (common/rigid/world.h). Out: pairs, emptied first. In, out: the state that a broad phase carries from step
+// to step, made to fit by itself; any state gives the same pairs.
+// Source: [LRB08] Figure 5 and "Collision Detection" for sweep and prune; [ITJ07] on "computation that spawns more computation" for the
+// tree.
+#pragma once
+
+#include "common/rigid/bounds.h"
+#include "common/rigid/pairs.h"
+#include "common/rigid/tree.h"
+
+namespace lockstep::rigid {
+
+// From step to step: the colliders in the order of their lower ends along an axis.
+struct SweepOrder {
+  int axis = 0;
+  std::vector<std::int32_t> order;
+};
+
+template <class Real>
+using SweepAndPrune = void(const Bounds<Real>& bounds, std::span<const std::int32_t> group, SweepOrder& state, Pairs& pairs);
+template <class Real>
+using BuildTree = void(const Bounds<Real>& bounds, Tree<Real>& tree);
+template <class Real>
+using RefitTree = void(const Bounds<Real>& bounds, Tree<Real>& tree);
+template <class Real>
+using TreePairs = void(const Tree<Real>& tree, const Bounds<Real>& bounds, std::span<const std::int32_t> group, Pairs& pairs);
+template <class Real>
+using GridPairs = void(const Bounds<Real>& bounds, std::span<const std::int32_t> group, Pairs& pairs);
+
+// Contract: every plane with every collider of another group whose box reaches below it (or touches it), in the order of
+// common/rigid/pairs.h. placed[collider] as place_colliders leaves it; a plane's local y axis is its normal.
+template <class Real>
+using PlanePairs = void(const Colliders<Real>& colliders, std::span<const Pose<Real>> placed, const Bounds<Real>& bounds, Pairs& pairs);
+
+namespace serial {
+SweepAndPrune<float> sweep_and_prune_batch, sweep_and_prune_incremental;
+SweepAndPrune<double> sweep_and_prune_batch, sweep_and_prune_incremental;
+BuildTree<float> build_tree;
+BuildTree<double> build_tree;
+RefitTree<float> refit_tree;
+RefitTree<double> refit_tree;
+TreePairs<float> tree_pairs;
+TreePairs<double> tree_pairs;
+GridPairs<float> grid_pairs;
+GridPairs<double> grid_pairs;
+PlanePairs<float> plane_pairs;
+PlanePairs<double> plane_pairs;
+}  // namespace serial
+
+namespace openmp {
+SweepAndPrune<float> sweep_and_prune_batch;
+BuildTree<float> build_tree;
+RefitTree<float> refit_tree;
+TreePairs<float> tree_pairs;
+GridPairs<float> grid_pairs;
+PlanePairs<float> plane_pairs;
+}  // namespace openmp
+
+}  // namespace lockstep::rigid

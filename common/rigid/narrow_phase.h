@@ -1,0 +1,61 @@
+// Contract: the narrow phase. Of pairs that a broad phase found, which touch, and where.
+//
+// Two colliders have points where they are nearer than `margin`, m, >= 0: at margin 0 exactly where they overlap or touch. The points
+// hold the two apart if the bodies are pushed along the normal at each: at most four, the deepest among them, chosen to be wide apart.
+//
+// Each kernel takes pairs of the kinds it is for, in any order, and fills manifold[k] of pairs[k]; count is 0 where they do not touch.
+// Manifolds know a and b as the pair does: the normal points from pair.a to pair.b whichever is of which kind.
+//
+//   spheres      sphere or capsule against sphere, capsule or box: closest points of point, segment and box in closed form
+//   planes       plane against any convex: the deepest corners
+//   box_box      separating axes (15, face axes preferred to edge axes by a little), then the incident face clipped against the reference
+//                face; the edge pairs give one point
+//   convexes     all other convex pairs: GJK for the distance, the axes of faces and edges for the depth, and the faces that support the
+//                normal clipped against one another
+//   narrow_phase sorts pairs by kinds, hands them to these, and keeps the manifolds that have points, in the order of the pairs
+//
+// Shapes that need no manifold ask for `closest_points` (common/rigid/gjk.h).
+//
+// Source: [LRB08] "Collision Detection", Figures 10 and 12; per kernel in its file.
+#pragma once
+
+#include "common/rigid/gjk.h"
+#include "common/rigid/manifold.h"
+#include "common/rigid/pairs.h"
+#include "common/rigid/world.h"
+
+namespace lockstep::rigid {
+
+template <class Real>
+using Collide = void(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, std::span<Manifold<Real>> manifolds);
+// In, out: simplex[k] of pairs[k], where GJK starts and where it ended; all zero where nothing is known.
+template <class Real>
+using CollideConvexes = void(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, std::span<Simplex> simplex,
+                             std::span<Manifold<Real>> manifolds);
+
+// From step to step: of every pair that convexes had, where GJK ended, in the order of the pairs.
+struct NarrowPhaseState {
+  Pairs pairs;
+  std::vector<Simplex> simplex;
+};
+// Pairs in order, each once. Out: manifolds, emptied first.
+template <class Real>
+using NarrowPhase = void(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, NarrowPhaseState& state,
+                         Array<Manifold<Real>>& manifolds);
+
+namespace serial {
+Collide<float> spheres, planes, box_box;
+Collide<double> spheres, planes, box_box;
+CollideConvexes<float> convexes;
+CollideConvexes<double> convexes;
+NarrowPhase<float> narrow_phase;
+NarrowPhase<double> narrow_phase;
+}  // namespace serial
+
+namespace openmp {
+Collide<float> spheres, planes, box_box;
+CollideConvexes<float> convexes;
+NarrowPhase<float> narrow_phase;
+}  // namespace openmp
+
+}  // namespace lockstep::rigid

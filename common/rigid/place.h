@@ -1,0 +1,27 @@
+// Where a collider is and the box around it. For T a scalar or floatv, in the same order of operations.
+#pragma once
+
+#include "common/rigid/bounds.h"
+
+namespace lockstep::rigid {
+
+template <class T>
+inline Pose<T> in_world(const Pose<T>& body, const Pose<T>& local) {
+  return {body.position + matrix_of(body.orientation) * local.position, body.orientation * local.orientation, T(0)};
+}
+
+// Along an axis of the world a turned box reaches as far as its half sides do together, each by its share of that axis. `centre` and `half`
+// are of the hull's own box, before `scale`; `widening` is the radius and the margin.
+template <class T>
+inline Box<T> box_around(const Pose<T>& pose, const Vector3<T>& scale, const Vector3<T>& centre, const Vector3<T>& half,
+                         const T& widening) {
+  const Matrix3<T> m = matrix_of(pose.orientation);
+  const Vector3<T> middle = pose.position + m * Vector3<T>{scale.x * centre.x, scale.y * centre.y, scale.z * centre.z};
+  const Matrix3<T> reach = {
+      {abs(m.x.x), abs(m.x.y), abs(m.x.z)}, {abs(m.y.x), abs(m.y.y), abs(m.y.z)}, {abs(m.z.x), abs(m.z.y), abs(m.z.z)}};
+  const Vector3<T> extent =
+      reach * Vector3<T>{scale.x * half.x, scale.y * half.y, scale.z * half.z} + Vector3<T>{widening, widening, widening};
+  return {middle - extent, middle + extent};
+}
+
+}  // namespace lockstep::rigid

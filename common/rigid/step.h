@@ -1,0 +1,55 @@
+// Contract: one step of rigid bodies, the pipeline of [LRB08] Figure 4:
+//
+//   place_colliders, broad phase, plane_pairs, narrow_phase, match_contacts, batches, contact solver, advance_bodies
+//
+//   original   contacts solved in the order of their pairs
+//   batches    contacts reordered into batches without conflicts
+//
+// In, out: world.bodies; the memory of the last step. Source: [LRB08] Figure 4; [ITJ07] "Game Physics".
+#pragma once
+
+#include <array>
+
+#include "common/rigid/broad_phase.h"
+#include "common/rigid/contact_solver.h"
+#include "common/rigid/narrow_phase.h"
+#include "common/rigid/world.h"
+
+namespace lockstep::rigid {
+
+inline constexpr std::array phase_names = {"place", "broad phase", "narrow phase", "match", "reorder", "solve", "advance"};
+inline constexpr int phases = static_cast<int>(phase_names.size());
+
+struct StepSettings {
+  double margin = .01;  // m: contacts are known before they touch, so that the solver can stop bodies at the surface
+  SolverSettings solver;
+};
+
+// What a step leaves for the next one and for those who look on. All empty before the first.
+template <class Real>
+struct StepMemory {
+  Array<Pose<Real>> placed;
+  Bounds<Real> bounds;
+  Tree<Real> tree;
+  Pairs bounded, with_planes, pairs;
+  NarrowPhaseState narrow_phase;
+  Array<Manifold<Real>> manifolds, last_manifolds;
+  Array<Impulses<Real>> impulses, last_impulses;  // [manifold]
+  Batches batches;
+  Array<Motion<Real>> moving;
+  std::array<double, phases> seconds = {};  // of the last step, by phase
+};
+
+template <class Real>
+using Step = void(const StepSettings& settings, World<Real>& world, StepMemory<Real>& memory);
+
+namespace serial {
+Step<float> step_original, step_batches;
+Step<double> step_original, step_batches;
+}  // namespace serial
+
+namespace openmp {
+Step<float> step_original, step_batches;
+}  // namespace openmp
+
+}  // namespace lockstep::rigid

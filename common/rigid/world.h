@@ -1,0 +1,96 @@
+// The state of rigid bodies: bodies that move, colliders fixed to them that have a shape, and the hulls that shapes are made of.
+//
+// All convex shapes are one thing, a hull scaled along its axes and rounded by a radius: a sphere is a point, a capsule a segment, a box a
+// cube. Compounds are bodies with several colliders; a triangle mesh is a static body with a collider a triangle ([LRB08] "Collision
+// Detection" names both ways for shapes that are not convex).
+//
+// Owner of all arrays: the World. Elements beyond the counts are padding for lanes, which nothing depends on.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/array.h"
+#include "common/rigid/rotation.h"
+#include "common/vector3.h"
+
+namespace lockstep::rigid {
+
+// Four numbers, which lanes load whole.
+template <class Real>
+struct alignas(4 * sizeof(Real)) Quad {
+  Real x, y, z, w;
+};
+
+// How a body moves: m/s, of its centre of mass, and rad/s, both along the axes of the world.
+template <class Real>
+struct alignas(8 * sizeof(Real)) Motion {
+  Vector3<Real> velocity;
+  Vector3<Real> angular_velocity;
+  Real unused[2];
+};
+
+template <class Real>
+struct Bodies {
+  int count = 0;
+  Array<Pose<Real>> pose;          // [body]: of the centre of mass; the axes are the principal axes of inertia
+  Array<Motion<Real>> motion;      // [body]
+  Array<Quad<Real>> inverse_mass;  // [body]: x y z of inertia about the axes, 1 / (kg m^2), and w of mass, 1 / kg; all 0 of a static body
+  Array<Real> friction;            // [body]: >= 0; of a contact, sqrt(of one times of the other)
+  Array<Real> restitution;         // [body]: 0 .. 1; of a contact, the larger
+};
+
+enum class Kind : std::int32_t { sphere, capsule, box, hull, triangle, plane };
+inline constexpr int kinds = 6;
+
+// Colliders of a body stand together, and bodies are in order.
+template <class Real>
+struct Colliders {
+  int count = 0;
+  Array<std::int32_t> kind;   // [collider]: a Kind
+  Array<std::int32_t> body;   // [collider]
+  Array<std::int32_t> group;  // [collider]: its body, or -1 if that is static: two of one group never collide
+  Array<Pose<Real>> local;    // [collider]: relative to the body
+  Array<std::int32_t> hull;   // [collider]: which hull it is; a plane has none, -1
+  Array<Quad<Real>> size;     // [collider]: x y z: the hull's scale along its axes; w: the radius it is rounded by, m.
+                              //   sphere 0 0 0 r; capsule 0 h 0 r (h: half the segment, along y); box: half sides and 0;
+                              //   hull and triangle 1 1 1 0; plane 0 0 0 0: what is below its local y = 0 is solid
+};
+
+// Hulls side by side: hull h has vertices first_vertex[h] .. first_vertex[h + 1] - 1 and faces first_face[h] .. first_face[h + 1] - 1,
+// face f the corners first_corner[f] .. first_corner[f + 1] - 1, counterclockwise from outside. Corners are numbered within their hull.
+// Hulls 0, 1 and 2 are the point, the segment from -y to +y and the cube, all of half size 1. The point and the segment have no face; a
+// triangle has two, one a side.
+template <class Real>
+struct Hulls {
+  int count = 0;
+  int most_vertices = 0;     // of any hull
+  Array<Quad<Real>> vertex;  // x y z, m; w 0
+  Array<Quad<Real>> plane;   // [face]: outward unit normal, and its distance from the origin
+  Array<std::int32_t> corner;
+  Array<std::int32_t> first_vertex, first_face, first_corner;
+  Array<Quad<Real>> centre, half;  // [hull]: the box around it, along its axes; w 0
+
+  int vertices(int hull) const { return first_vertex[hull + 1] - first_vertex[hull]; }
+  int faces(int hull) const { return first_face[hull + 1] - first_face[hull]; }
+};
+inline constexpr int point_hull = 0, segment_hull = 1, cube_hull = 2;
+inline constexpr int most_hull_vertices = 64;  // a hull has no more
+
+template <class Real>
+struct World {
+  Bodies<Real> bodies;
+  Colliders<Real> colliders;
+  Hulls<Real> hulls;
+};
+
+// What the narrow phase reads of a world: the shapes, and where place_colliders put them.
+template <class Real>
+struct Placed {
+  const Colliders<Real>& colliders;
+  const Hulls<Real>& hulls;
+  std::span<const Pose<Real>> pose;  // [collider]
+};
+
+}  // namespace lockstep::rigid
