@@ -1,0 +1,119 @@
+// A uniform grid: boxes of like size are put into cells, and only those of neighbouring cells are looked at.
+//
+// Every box is in one cell, that of its low corner, and meets the boxes after it in that cell and those of 13 of the 26 cells around: of
+// two cells, one looks at the other. So every pair is met once, and there are no duplicates to remove. How many cells, how they are hashed
+// and why that is enough: common/rigid/wrapped_grid.h.
+//
+// Cells must be as large as the largest box in them, and a few large boxes would make them too large for all the others. So those
+// longer than twice a size that most keep to are kept apart, in a list at the end of the table, which every box meets. Where sizes differ
+// so much that many are large, a tree does better.
+//
+// The table is sorted in parallel; then the boxes are independent. Cells of a row are side by side in memory, which makes runs that lanes
+// meet sixteen at a time.
+//
+// Source: Teschner et al., Optimized Spatial Hashing, VMV 2003; Ericson, Real-Time Collision Detection (2005), 7.1. The contract stands in
+// common/rigid/broad_phase.h.
+#include <algorithm>
+
+#include "common/math.h"
+#include "common/real.h"
+#include "common/rigid/broad_phase.h"
+#include "common/rigid/wrapped_grid.h"
+#include "common/simd.h"
+#include "openmp/rigid/boxes.h"
+#include "openmp/rigid/order_pairs.h"
+#include "openmp/rigid/pair_list.h"
+#include "openmp/rigid/radix_sort.h"
+
+namespace lockstep::rigid::openmp {
+namespace {
+
+// Of the boxes no longer than a limit: how many, the longest of their sides, and where their low corners are.
+struct Survey {
+  int boxes = 0;
+  Real size = 0;
+  Box<Real> corners = empty_box<Real>;
+};
+
+Survey survey(const Bounds<Real>& bounds, Real limit) {
+  std::vector<Survey> parts(omp_get_max_threads());
+#pragma omp parallel
+  {
+    int boxes = 0;
+    floatv longest = 0.f;
+    Box<floatv> corners = in_all_lanes(empty_box<Real>);
+    // A thread surveys what it has seen; counts, least and greatest are the same in any order.
+#pragma omp for schedule(static) nowait
+    for (int i = 0; i < bounds.count; i += lanes) {
+      const Box<floatv> box = load_boxes(bounds, i);
+      const floatv size = longest_side(box);
+      const maskv counts = first_lanes(bounds.count - i) & (size <= limit);
+      boxes += count(counts);
+      where(counts, longest) = max(longest, size);
+      corners = select(counts, around(corners, {box.low, box.low}), corners);
+    }
+    parts[omp_get_thread_num()] = {boxes, reduce_max(longest), around_lanes(corners)};
+  }
+  Survey found;
+  for (const Survey& part : parts) {
+    found.boxes += part.boxes;
+    found.size = max(found.size, part.size);
+    found.corners = around(found.corners, part.corners);
+  }
+  return found;
+}
+
+// Colliders that have bounds in the order of the table, those of hash h from begin[h] on, equal ones by number; large ones as if their hash
+// were grid.cells().
+struct Table {
+  std::vector<std::int32_t> order, begin;
+};
+
+void fill_table(const Bounds<Real>& bounds, const WrappedGrid<Real>& grid, Real size, Table& table) {
+  const auto hash_of = [&](int i) {
+    const Box<Real> box = bounds.box(i);
+    return longest_side(box) <= size ? hash(grid, cell_at(grid, box.low)) : grid.cells();
+  };
+  const std::span<const Keyed> sorted = sort_by_key(bounds, grid.bits.x + grid.bits.y + grid.bits.z + 1, hash_of, table.order);
+  const int n = static_cast<int>(sorted.size());
+  table.begin.resize(grid.cells() + 2);
+  // Where box k is the first of its hash, whoever has k says where that hash begins, and with it the empty ones before it.
+#pragma omp parallel for schedule(static)
+  for (int k = 0; k <= n; ++k) {
+    const int last = k < n ? static_cast<int>(sorted[k].key) : grid.cells() + 1;
+    for (int h = k == 0 ? 0 : static_cast<int>(sorted[k - 1].key) + 1; h <= last; ++h) table.begin[h] = k;
+  }
+}
+
+}  // namespace
+
+void grid_pairs(const Bounds<Real>& bounds, std::span<const std::int32_t> group, Pairs& pairs) {
+  const auto [boxes, size, corners] = survey(bounds, 2 * typical_size(bounds));
+  const WrappedGrid<Real> grid = wrapped_grid(boxes, size, corners);
+  thread_local Table table;  // kept from call to call, see workspace.h
+  fill_table(bounds, grid, size, table);
+  const std::int32_t* const begin = table.begin.data();
+  const Arranged& sorted = arrange(bounds, group, table.order);
+  const int n = sorted.count, large = begin[grid.cells()];
+
+  // Boxes are only read, what is found goes to a thread's own list.
+  const std::vector<PairList>& found = collect(n, 64, [&](int k, PairList& mine) {
+    const Owners owners(sorted);
+    const Box<Real> box = sorted.boxes.box(k);
+    const Box<floatv> box_k = in_all_lanes(box);
+    // Most runs are shorter than a vector, and whether they are empty no branch could foresee.
+    const auto meet = [&](int first, int last) {
+      int j = first;
+      do {
+        const maskv hit = first_lanes(last - j) & overlap(box_k, load_boxes(sorted.boxes, j));
+        if (any(hit)) add_hits(owners, k, j, hit, mine);
+        j += lanes;
+      } while (j < last);
+    };
+    if (k < large) for_each_forward_run(grid, begin, cell_at(grid, box.low), k, meet);
+    if (large < n) meet(std::max(k + 1, large), n);
+  });
+  order_pairs(bounds.count, found, pairs);
+}
+
+}  // namespace lockstep::rigid::openmp

@@ -1,0 +1,71 @@
+// Puts colliders where their bodies are and draws a box along the world's axes around each.
+//
+// A collider's pose is its body's times its own. The box comes from the box along the hull's axes, which never changes: turned, it reaches
+// along a world axis as far as the sum over its sides of |share of that axis| times half the side. So a hull of 64 vertices costs as
+// much as a cube; the price is a box that is larger than need be by what the hull leaves of its own box's corners. A sphere, whose hull is
+// a point, and a capsule get the smallest box there is.
+//
+// Sixteen colliders at once: poses and sizes are loaded as whole records and turned into lanes, and poses go back as whole records.
+//
+// Source: [LRB08] Figure 5; the turned box, Ericson, Real-Time Collision Detection (2005), 4.2.6. The contract stands in
+// common/rigid/bounds.h.
+#include "common/rigid/bounds.h"
+
+#include "common/math.h"
+#include "common/real.h"
+#include "common/rigid/place.h"
+#include "common/simd.h"
+#include "openmp/rigid/boxes.h"
+#include "openmp/rigid/lanes.h"
+
+namespace lockstep::rigid::openmp {
+namespace {
+
+Pose<floatv> load_pose(const Array<Pose<Real>>& pose, intv index) {
+  Indices indices;
+  store(indices.index, index);
+  const auto [position, orientation] = load_poses(pose, indices);
+  return {position, orientation, 0.f};
+}
+
+Quad<floatv> load_quad(const Array<Quad<Real>>& quad, intv index) {
+  Indices indices;
+  store(indices.index, index);
+  return load_quads(quad, indices);
+}
+
+void store_pose(Array<Pose<Real>>& placed, intv index, const Pose<floatv>& pose, maskv mask) {
+  Indices indices;
+  store(indices.index, index);
+  const Vector3<floatv>& p = pose.position;
+  const Quaternion<floatv>& q = pose.orientation;
+  store_records(&placed.data()->position.x, indices.index, {{p.x, p.y, p.z, q.x, q.y, q.z, q.w, 0.f}}, mask);
+}
+
+}  // namespace
+
+void place_colliders(const World<Real>& world, Real margin, Array<Pose<Real>>& placed, Bounds<Real>& bounds) {
+  const Colliders<Real>& colliders = world.colliders;
+  const Hulls<Real>& hulls = world.hulls;
+  placed.resize(padded(colliders.count));
+  bounds.resize(colliders.count);
+
+  // Every collider is one thread's.
+#pragma omp parallel for schedule(static)
+  for (int i = 0; i < colliders.count; i += lanes) {
+    const maskv inside = first_lanes(colliders.count - i);
+    const intv index = select(inside, lane_index() + i, i);
+    const Pose<floatv> pose = in_world(load_pose(world.bodies.pose, load(&colliders.body[i], inside)), load_pose(colliders.local, index));
+    store_pose(placed, index, pose, inside);
+    const intv hull = load(&colliders.hull[i], inside);
+    const maskv plane = hull < 0;
+    const intv known = select(plane, 0, hull);
+    const Quad<floatv> size = load_quad(colliders.size, index), centre = load_quad(hulls.centre, known),
+                       half = load_quad(hulls.half, known);
+    const Box<floatv> box =
+        box_around<floatv>(pose, {size.x, size.y, size.z}, {centre.x, centre.y, centre.z}, {half.x, half.y, half.z}, size.w + margin);
+    store_boxes(bounds, i, select(plane, in_all_lanes(whole_space<Real>), box));
+  }
+}
+
+}  // namespace lockstep::rigid::openmp

@@ -1,0 +1,90 @@
+// Planes against everything: they have no bounds, so no other broad phase sees them.
+//
+// A box reaches below a plane if its lowest corner does, the one that each of the normal's signs points away from. There are few planes, so
+// every box is tested against each; a collider has all its pairs made when it is the smaller number of the two, which is the order asked
+// for.
+//
+// The runs of colliders that the order consists of are cut into strips. Threads take strips as they come, test sixteen boxes at once, and
+// keep a list a strip; where it goes is known when all are made.
+//
+// Source: Ericson, Real-Time Collision Detection (2005), 5.2.3. The contract stands in common/rigid/broad_phase.h.
+#include <algorithm>
+#include <bit>
+
+#include "common/math.h"
+#include "common/real.h"
+#include "common/rigid/broad_phase.h"
+#include "common/rigid/reach.h"
+#include "common/simd.h"
+#include "openmp/rigid/boxes.h"
+
+namespace lockstep::rigid::openmp {
+namespace {
+
+struct Plane {
+  std::int32_t collider, group;
+  Vector3<Real> normal, point;
+};
+
+std::vector<Plane> planes_of(const Colliders<Real>& colliders, std::span<const Pose<Real>> placed) {
+  std::vector<Plane> planes;
+  for (int i = 0; i < colliders.count; ++i)
+    if (colliders.kind[i] == static_cast<std::int32_t>(Kind::plane))
+      planes.push_back({i, colliders.group[i], matrix_of(placed[i].orientation).y, placed[i].position});
+  return planes;
+}
+
+// Colliders begin .. end - 1 with planes first .. last - 1.
+struct Strip {
+  int begin, end;
+  std::size_t first, last;
+};
+
+void cut_into_strips(int begin, int end, std::size_t first, std::size_t last, std::vector<Strip>& strips) {
+  constexpr int length = 1024;
+  for (int i = begin; i < end && first < last; i += length) strips.push_back({i, std::min(i + length, end), first, last});
+}
+
+}  // namespace
+
+void plane_pairs(const Colliders<Real>& colliders, std::span<const Pose<Real>> placed, const Bounds<Real>& bounds, Pairs& pairs) {
+  const std::vector<Plane> planes = planes_of(colliders, placed);
+  const auto touch = [&](const Plane& plane, int i, maskv inside) {
+    const Box<floatv> box = load_boxes(bounds, i);
+    return inside & bounded(box) & (plane.group != load(&colliders.group[i], inside)) &
+           (lowest_corner(box, plane.normal, plane.point) <= 0.f);
+  };
+
+  std::vector<Strip> strips;
+  int begin = 0;
+  for (std::size_t p = 0; p <= planes.size(); ++p) {
+    // Colliders before the next plane, each with all planes from there on; then that plane with all colliders after it.
+    const int end = p < planes.size() ? planes[p].collider : colliders.count;
+    cut_into_strips(begin, end, p, planes.size(), strips);
+    if (p < planes.size()) cut_into_strips(end + 1, colliders.count, p, p + 1, strips);
+    begin = end + 1;
+  }
+
+  std::vector<Pairs> found(strips.size());
+  // A strip has its own list.
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t s = 0; s < strips.size(); ++s) {
+    const auto [begin, end, first, last] = strips[s];
+    Pairs mine;
+    std::vector<std::uint32_t> below(last - first);  // [plane]: which of sixteen boxes reach below it
+    for (int i = begin; i < end; i += lanes) {
+      std::uint32_t any = 0;
+      for (std::size_t q = first; q < last; ++q) any |= below[q - first] = bits(touch(planes[q], i, first_lanes(end - i)));
+      for (std::uint32_t set = any; set != 0; set &= set - 1) {
+        const int l = std::countr_zero(set);
+        for (std::size_t q = first; q < last; ++q)
+          if (below[q - first] >> l & 1) mine.push_back(make_pair(i + l, planes[q].collider));
+      }
+    }
+    found[s] = std::move(mine);
+  }
+  pairs.clear();
+  for (const Pairs& strip : found) pairs.insert(pairs.end(), strip.begin(), strip.end());
+}
+
+}  // namespace lockstep::rigid::openmp

@@ -1,0 +1,97 @@
+// Sweep and prune: boxes that overlap overlap along each axis, so only those that do along one are looked at.
+//
+// The lower ends of all boxes are sorted along the axis on which the boxes are spread most. A box is then met by those that come after it
+// in that order and begin before it ends, and by no others: those are its candidates, tested on the two other axes. Every pair is found
+// once, from the one of the two that begins first.
+//
+// The sort is a radix sort of threads' shares (openmp/rigid/radix_sort.h). Then the sweep of a box needs nothing from any other: threads
+// take boxes as they come, and meet sixteen candidates at once, side by side in memory in the order of the sweep. There is no incremental
+// form: insertion goes one after another, and the sort is not where the time goes.
+//
+// Source: [LRB08] "Collision Detection", Figure 5, and "Thread-level Parallelism": sweep and prune can "sweep individual bodies completely
+// in parallel". The contract stands in common/rigid/broad_phase.h.
+#include <algorithm>
+
+#include "common/math.h"
+#include "common/real.h"
+#include "common/rigid/broad_phase.h"
+#include "common/rigid/sweep.h"
+#include "common/simd.h"
+#include "openmp/rigid/boxes.h"
+#include "openmp/rigid/order_pairs.h"
+#include "openmp/rigid/pair_list.h"
+#include "openmp/rigid/radix_sort.h"
+
+namespace lockstep::rigid::openmp {
+namespace {
+
+// The sum of term(box) over the boxes; block by block, whoever sums a block.
+template <class Term>
+Vector3<Real> sum_in_blocks(const Bounds<Real>& bounds, const Term& term) {
+  std::vector<Vector3<Real>> parts((bounds.count + sum_block - 1) / sum_block);
+  // Every block is one thread's.
+#pragma omp parallel for schedule(static)
+  for (int first = 0; first < bounds.count; first += sum_block) {
+    const int last = std::min(first + sum_block, bounds.count);
+    Vector3<Real> part = {0, 0, 0};
+    for (int i = first; i < last; ++i)
+      if (bounds.bounded(i)) part = part + term(bounds.box(i));
+    parts[first / sum_block] = part;
+  }
+  Vector3<Real> sum = {0, 0, 0};
+  for (const Vector3<Real>& part : parts) sum = sum + part;
+  return sum;
+}
+
+// The axis on which the centres have the greatest variance.
+int widest_axis(const Bounds<Real>& bounds) {
+  const Vector3<Real> n = sum_in_blocks(bounds, [](const Box<Real>&) { return Vector3<Real>{1, 1, 1}; });
+  const Vector3<Real> sum = sum_in_blocks(bounds, [](const Box<Real>& box) { return twice_centre(box); });
+  const Vector3<Real> mean = 1 / max(n.x, Real(1)) * sum;
+  return greatest(sum_in_blocks(bounds, [&](const Box<Real>& box) { return squares(twice_centre(box) - mean); }));
+}
+
+// Colliders by their lower ends, equal ones by number.
+void sort_by_low(const Bounds<Real>& bounds, int axis, std::vector<std::int32_t>& order) {
+  const Array<Real>& low = along(bounds.low, axis);
+  sort_by_key(
+      bounds, 32, [&](int i) { return key_of(low[i]); }, order);
+}
+
+// Meets the boxes in their order. Beside the axis, u and v are the others.
+void sweep(const Bounds<Real>& bounds, std::span<const std::int32_t> group, const SweepOrder& state, Pairs& pairs) {
+  const int u = (state.axis + 1) % 3, v = (state.axis + 2) % 3;
+  const Arranged& sorted = arrange(bounds, group, state.order);
+
+  // Boxes are only read, what is found goes to a thread's own list.
+  const std::vector<PairList>& found = collect((sorted.count + lanes - 1) / lanes, 4, [&](int block, PairList& mine) {
+    const Vectors<Real>&lows = sorted.boxes.low, &highs = sorted.boxes.high;
+    const Real *const low = along(lows, state.axis).data(), *const high = along(highs, state.axis).data();
+    const Real *const low_u = along(lows, u).data(), *const high_u = along(highs, u).data();
+    const Real *const low_v = along(lows, v).data(), *const high_v = along(highs, v).data();
+    const Owners owners(sorted);
+    const int first = block * lanes, last = first + lanes;
+    const Real end = reduce_max(load(high + first));
+    for (int j = first; low[j] <= end; j += lanes) {  // what is beyond the last box begins at infinity
+      const floatv begin_j = load(low + j), begin_u = load(low_u + j), end_u = load(high_u + j), begin_v = load(low_v + j),
+                   end_v = load(high_v + j);
+      for (int k = first; k < last; ++k) {
+        const maskv after = j > first ? first_lanes(lanes) : ~first_lanes(k - first + 1);
+        const maskv hit =
+            after & (begin_j <= high[k]) & (begin_u <= high_u[k]) & (end_u >= low_u[k]) & (begin_v <= high_v[k]) & (end_v >= low_v[k]);
+        if (any(hit)) add_hits(owners, k, j, hit, mine);
+      }
+    }
+  });
+  order_pairs(bounds.count, found, pairs);
+}
+
+}  // namespace
+
+void sweep_and_prune_batch(const Bounds<Real>& bounds, std::span<const std::int32_t> group, SweepOrder& state, Pairs& pairs) {
+  state.axis = widest_axis(bounds);
+  sort_by_low(bounds, state.axis, state.order);
+  sweep(bounds, group, state, pairs);
+}
+
+}  // namespace lockstep::rigid::openmp

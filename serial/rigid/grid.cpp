@@ -1,0 +1,90 @@
+// A uniform grid: boxes of like size are put into cells, and only those of neighbouring cells are looked at.
+//
+// Every box is in one cell, that of its low corner, and meets the boxes after it in that cell and those of 13 of the 26 cells around: of
+// two cells, one looks at the other. So every pair is met once, and there are no duplicates to remove. How many cells, how they are hashed
+// and why that is enough: common/rigid/wrapped_grid.h.
+//
+// Cells must be as large as the largest box in them, and a few large boxes would make them too large for all the others. So those
+// longer than twice a size that most keep to are kept apart, in a list at the end of the table, which every box meets. Where sizes differ
+// so much that many are large, a tree does better.
+//
+// Source: Teschner et al., Optimized Spatial Hashing, VMV 2003; Ericson, Real-Time Collision Detection (2005), 7.1. The contract stands in
+// common/rigid/broad_phase.h.
+#include <algorithm>
+
+#include "common/math.h"
+#include "common/real.h"
+#include "common/rigid/broad_phase.h"
+#include "common/rigid/order_pairs.h"
+#include "common/rigid/wrapped_grid.h"
+
+namespace lockstep::rigid::serial {
+namespace {
+
+// Of the boxes no longer than a limit: how many, the longest of their sides, and where their low corners are.
+struct Survey {
+  int boxes = 0;
+  Real size = 0;
+  Box<Real> corners = empty_box<Real>;
+};
+
+Survey survey(const Bounds<Real>& bounds, Real limit) {
+  Survey found;
+  for (int i = 0; i < bounds.count; ++i) {
+    const Box<Real> box = bounds.box(i);
+    const Real size = longest_side(box);
+    if (size > limit) continue;
+    ++found.boxes;
+    found.size = max(found.size, size);
+    found.corners = around(found.corners, {box.low, box.low});
+  }
+  return found;
+}
+
+// Colliders that have bounds in the order of the table, those of hash h from begin[h] on, equal ones by number; large ones as if their hash
+// were grid.cells().
+struct Table {
+  std::vector<std::int32_t> order, begin;
+};
+
+void fill_table(const Bounds<Real>& bounds, const WrappedGrid<Real>& grid, Real size, Table& table) {
+  const auto hash_of = [&](int i) {
+    const Box<Real> box = bounds.box(i);
+    return longest_side(box) <= size ? hash(grid, cell_at(grid, box.low)) : grid.cells();
+  };
+  table.begin.assign(grid.cells() + 3, 0);  // at first begin[h + 2] counts h
+  for (int i = 0; i < bounds.count; ++i)
+    if (bounds.bounded(i)) ++table.begin[hash_of(i) + 2];
+  for (int h = 0; h <= grid.cells(); ++h) table.begin[h + 2] += table.begin[h + 1];
+  table.order.resize(table.begin.back());
+  for (int i = 0; i < bounds.count; ++i)
+    if (bounds.bounded(i)) table.order[table.begin[hash_of(i) + 1]++] = i;
+}
+
+}  // namespace
+
+void grid_pairs(const Bounds<Real>& bounds, std::span<const std::int32_t> group, Pairs& pairs) {
+  const auto [boxes, size, corners] = survey(bounds, 2 * typical_size(bounds));
+  const WrappedGrid<Real> grid = wrapped_grid(boxes, size, corners);
+  Table table;
+  fill_table(bounds, grid, size, table);
+  const std::vector<std::int32_t>&order = table.order, &begin = table.begin;
+  const int n = static_cast<int>(order.size()), large = begin[grid.cells()];
+  Bounds<Real> sorted;
+  sorted.resize(n);
+  for (int k = 0; k < n; ++k) sorted.set(k, bounds.box(order[k]));
+
+  pairs.clear();
+  for (int k = 0; k < n; ++k) {
+    const Box<Real> box = sorted.box(k);
+    const auto meet = [&](int first, int last) {
+      for (int j = first; j < last; ++j)
+        if (overlap(box, sorted.box(j)) && group[order[k]] != group[order[j]]) pairs.push_back(make_pair(order[k], order[j]));
+    };
+    if (k < large) for_each_forward_run(grid, begin.data(), cell_at(grid, box.low), k, meet);
+    meet(std::max(k + 1, large), n);
+  }
+  order_pairs(bounds.count, pairs);
+}
+
+}  // namespace lockstep::rigid::serial
