@@ -1,0 +1,372 @@
+// The distance of two convex cores, by the algorithm of Gilbert, Johnson and Keerthi, as serial/rigid/gjk.cpp has it: what the difference
+// of two cores is, how the walk goes on, and why the nearest point is chosen by value, is written there.
+//
+// Sixteen pairs at a time, a pair a lane. All edges and faces of a simplex put forward their nearest points in any case, so that lanes do
+// not part ways; corners that a lane does not have repeat others, which never win. The vertices of sixteen hulls are brought side by side
+// once: then a look for the farthest is a loop over whole vectors, with one compare and one choice a vertex.
+//
+// Pairs take from 2 to 16 looks, and lanes that are done wait for the others: among sixteen pairs of hulls, a third of the looks would be
+// idle. So when few lanes are left, a block ends; what is left of a chunk is packed into full blocks again, which go on from the simplex at
+// which each pair stands. Within a chunk, pairs are first put in order of how many vertices they have, so that a block's hulls are about as
+// large. As each pair takes the same steps in any company, the result has the same bits.
+//
+// Source: as in the contract, common/rigid/gjk.h; repacking: [LRB08] "Collision Detection", Figure 12.
+#include "common/rigid/gjk.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <limits>
+
+#include "common/math.h"
+#include "common/real.h"
+#include "common/rigid/gjk_cores.h"
+#include "common/rigid/simplex.h"
+#include "common/simd.h"
+#include "openmp/rigid/lanes.h"
+
+namespace lockstep::rigid::openmp {
+namespace {
+
+constexpr int most_iterations = 32;  // why: serial/rigid/gjk.cpp
+constexpr Real epsilon = std::numeric_limits<Real>::epsilon();
+
+// Of sixteen hulls, a hull a lane: the vertices, side by side. Where a hull has fewer than another, its first one is repeated.
+struct Vertices {
+  intv first;  // in the library
+  int count;   // of the hull that has most
+  Vector3<floatv> position[most_hull_vertices];
+};
+
+LOCKSTEP_INLINE Vector3<floatv> position(const Quad<floatv>& quad) { return {quad.x, quad.y, quad.z}; }
+
+// quad[index] in each lane.
+LOCKSTEP_INLINE Vector3<floatv> position(const Array<Quad<Real>>& quad, intv index) {
+  Indices indices;
+  store(indices.index, index);
+  return position(load_quads(quad, indices));
+}
+
+LOCKSTEP_INLINE Vector3<floatv> select(maskv mask, const Vector3<floatv>& c, const Vector3<floatv>& d) {
+  return {select(mask, c.x, d.x), select(mask, c.y, d.y), select(mask, c.z, d.z)};
+}
+
+// The vertex farthest along a direction; the first of equals.
+LOCKSTEP_INLINE intv support(const Vertices& vertices, const Vector3<floatv>& direction) {
+  intv farthest = 0, k = 0;
+  floatv most = dot(direction, vertices.position[0]);
+  for (const Vector3<floatv>* v = vertices.position + 1; v != vertices.position + vertices.count; ++v) {
+    const floatv along = dot(direction, *v);
+    k += 1;
+    where(along > most, farthest) = k;
+    most = max(along, most);
+  }
+  return farthest;
+}
+
+struct Corner {
+  intv a, b;                 // of which vertices
+  Vector3<floatv> position;  // b - a, in a's frame
+};
+
+LOCKSTEP_INLINE Corner select(maskv mask, const Corner& c, const Corner& d) {
+  return {select(mask, c.a, d.a), select(mask, c.b, d.b), select(mask, c.position, d.position)};
+}
+
+// Pairs of hulls, and how they stand.
+struct Problem {
+  const Hulls<Real>* hulls;
+  Vertices a, b;
+  Cores<floatv> cores;
+
+  LOCKSTEP_INLINE Corner corner(intv k, intv l) const {
+    return {k, l, vertex_of_b(cores, position(hulls->vertex, b.first + l)) - vertex_of_a(cores, position(hulls->vertex, a.first + k))};
+  }
+  // The one farthest against v, in a's frame.
+  LOCKSTEP_INLINE Corner farthest(const Vector3<floatv>& v) const {
+    return corner(support(a, direction_in_a(cores, v)), support(b, direction_in_b(cores, -v)));
+  }
+};
+
+// Four vertices of every hull at a time, sixteen numbers side by side, which then change from a row a hull to a row a coordinate.
+LOCKSTEP_INLINE void load_vertices(const Hulls<Real>& hulls, intv hull, Vertices& vertices) {
+  const intv first = gather(hulls.first_vertex.data(), hull), count = gather(hulls.first_vertex.data() + 1, hull) - first;
+  Indices begin, vertices_of;
+  store(begin.index, first), store(vertices_of.index, count);
+  vertices.first = first;
+  vertices.count = static_cast<int>(reduce_max(to_float(count)));
+  const int least = static_cast<int>(reduce_min(to_float(count)));
+  for (int k = 0; k < vertices.count; k += 4) {
+    floatv row[lanes];
+    if (k < least)
+      for (int l = 0; l < lanes; ++l) row[l] = load(&hulls.vertex[begin.index[l] + k].x);
+    else
+      for (int l = 0; l < lanes; ++l) row[l] = load(&hulls.vertex[begin.index[l] + (k < vertices_of.index[l] ? k : 0)].x);
+    transpose(row);
+    for (int m = 0; m < 4; ++m) {
+      const Vector3<floatv> v = {row[4 * m], row[4 * m + 1], row[4 * m + 2]};
+      vertices.position[k + m] = k + m == 0 ? v : select(count > k + m, v, vertices.position[0]);
+    }
+  }
+}
+
+LOCKSTEP_INLINE void make_problem(const Placed<Real>& placed, const PairLanes& pairs, Problem& problem) {
+  const auto& [colliders, hulls, pose] = placed;
+  problem.hulls = &hulls;
+  load_vertices(hulls, gather(colliders.hull.data(), load(pairs.a.index)), problem.a);
+  load_vertices(hulls, gather(colliders.hull.data(), load(pairs.b.index)), problem.b);
+  const PoseLanes a = load_poses(pose, pairs.a), b = load_poses(pose, pairs.b);
+  problem.cores = make_cores(position(load_quads(colliders.size, pairs.a)), position(load_quads(colliders.size, pairs.b)), a.position,
+                             b.position, a.orientation, b.orientation);
+}
+
+// From the middle of a to that of b, in a's frame.
+LOCKSTEP_INLINE Vector3<floatv> between_centres(const Placed<Real>& placed, const PairLanes& pairs, const Cores<floatv>& cores) {
+  const auto centre = [&](const Indices& collider) {
+    return position(placed.hulls.centre, gather(placed.colliders.hull.data(), load(collider.index)));
+  };
+  return vertex_of_b(cores, centre(pairs.b)) - vertex_of_a(cores, centre(pairs.a));
+}
+
+// The corners that the nearest point to the origin lies between, the newest first, and their weights: up to three, or four around the
+// origin. Those that there are not repeat others, so that no lane need know how many it has.
+struct State {
+  intv count;
+  Corner corner[4];
+  floatv weight[4];  // of the first, what the others leave
+  Vector3<floatv> nearest;
+  floatv distance_2;  // 0 where the cores overlap
+};
+
+// What becomes of the others when a corner is new: j and k stay, or if the count is 4 all.
+struct Choice {
+  intv count, j, k;
+  floatv r, s, t;  // weights of the corners after the newest
+  Vector3<floatv> nearest;
+  floatv distance_2;
+  floatv longest_2;  // of the edges from the newest corner that were looked at
+};
+
+// The nearest point on the edges and faces from `newest` to the other corners, of which there are up to three.
+LOCKSTEP_INLINE Choice nearest(const Corner& newest, const Corner* others, intv count) {
+  const Vector3<floatv>& p = newest.position;
+  intv edges = 0, j = 3, k = 3;  // how many edges from newest the best lies on, or between, and to which of the others: 3 is newest itself
+  Candidate<floatv> best = {first_lanes(lanes), 0.f, 0.f, dot(p, p), p};
+  const auto consider = [&](const Candidate<floatv>& candidate, int bounds, int l, int m) {
+    const maskv better = candidate.inside & (candidate.distance_2 < best.distance_2);
+    where(better, edges) = bounds, where(better, j) = l, where(better, k) = m;
+    where(better, best.s) = candidate.s, where(better, best.t) = candidate.t;
+    where(better, best.distance_2) = candidate.distance_2;
+    best.normal = select(better, candidate.normal, best.normal);
+  };
+
+  Edge<floatv> e[3];
+  floatv longest_2 = 0.f;
+  for (int l = 0; l < 3 && any(count > l); ++l) {
+    e[l] = make_edge(p, others[l].position);
+    longest_2 = max(longest_2, e[l].length_2);
+    consider(nearest_on_edge(p, e[l]), 1, l, l);
+  }
+  const auto face = [&](int l, int m) {
+    const Candidate<floatv> face = nearest_on_face(p, e[l], e[m]);
+    consider(face, 2, l, m);
+    return face.normal;
+  };
+  Enclosure<floatv> around = {first_lanes(0), 0.f, 0.f, 0.f};
+  if (any(count >= 2)) {
+    const Vector3<floatv> n_01 = face(0, 1);
+    if (any(count == 3)) {
+      const Vector3<floatv> n_02 = face(0, 2), n_12 = face(1, 2);
+      around = enclosure(p, e[0].along, n_01, n_02, n_12);
+    }
+  }
+  const maskv enclosed = around.inside & (count == 3);
+
+  // A point newest + s e + t f carries rounding of an epsilon or two of its longest term. What is nearer than that is at the origin.
+  const floatv normal_2 = dot(best.normal, best.normal);
+  const maskv away = (best.distance_2 > 16 * epsilon * epsilon * longest_2) & (normal_2 > 0.f) & ~enclosed;
+  const Vector3<floatv> v = (dot(p, best.normal) / normal_2) * best.normal, zero = {0.f, 0.f, 0.f};
+  return {select(enclosed, intv(4), edges + 1),
+          select(enclosed, intv(0), j),
+          select(enclosed, intv(1), k),
+          select(enclosed, around.r, best.s),
+          select(enclosed, around.s, best.t),
+          select(enclosed, around.t, 0.f),
+          select(away, v, zero),
+          select(away, best.distance_2, 0.f),
+          longest_2};
+}
+
+// `newest` takes its place before the corners that stay.
+LOCKSTEP_INLINE void take(maskv mask, const Corner& newest, const Choice& choice, State& state) {
+  // Where the mask is not active, 1 and 2 stay what they are.
+  const auto stays = [&](intv l) {
+    return select(l == 0, state.corner[0], select(l == 1, state.corner[1], select(l == 2, state.corner[2], newest)));
+  };
+  const Corner first = stays(select(mask, choice.j, 1)), second = stays(select(mask, choice.k, 2));
+  state.corner[3] = select(mask, state.corner[2], state.corner[3]);
+  state.corner[2] = second;
+  state.corner[1] = first;
+  state.corner[0] = select(mask, newest, state.corner[0]);
+  where(mask, state.count) = choice.count;
+  where(mask, state.weight[1]) = choice.r, where(mask, state.weight[2]) = choice.s, where(mask, state.weight[3]) = choice.t;
+  state.nearest = select(mask, choice.nearest, state.nearest);
+  where(mask, state.distance_2) = choice.distance_2;
+}
+
+// Whether a corner is one of those that there are.
+LOCKSTEP_INLINE maskv is_known(const Corner& corner, const State& state) {
+  maskv known = first_lanes(0);
+  for (int k = 0; k < 3; ++k) known |= (corner.a == state.corner[k].a) & (corner.b == state.corner[k].b);
+  return known;
+}
+
+// Sixteen simplices: vertex k of a corner is byte k of a word.
+struct Known {
+  intv count, a, b;
+};
+
+LOCKSTEP_INLINE Known load_known(std::span<const Simplex> simplex, std::span<const std::int32_t> which) {
+  Indices word[3] = {};
+  for (std::size_t l = 0; l < which.size(); ++l) {
+    const auto words = std::bit_cast<std::array<std::int32_t, 3>>(simplex[which[l]]);
+    for (int f = 0; f < 3; ++f) word[f].index[l] = words[f];
+  }
+  return {load(word[0].index), load(word[1].index), load(word[2].index)};
+}
+
+LOCKSTEP_INLINE void store_known(const Known& known, std::span<Simplex> simplex, std::span<const std::int32_t> which) {
+  Indices word[3];
+  store(word[0].index, known.count), store(word[1].index, known.a), store(word[2].index, known.b);
+  for (std::size_t l = 0; l < which.size(); ++l)
+    simplex[which[l]] = std::bit_cast<Simplex>(std::array{word[0].index[l], word[1].index[l], word[2].index[l]});
+}
+
+// Up to sixteen pairs, until no more than `enough` are left; those are put to the front of `which`. How many.
+int closest_points_of_block(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<std::int32_t> which, int enough,
+                            std::span<Simplex> simplex, std::span<Closest<Real>> closest) {
+  const int in_use = static_cast<int>(which.size());
+  PairLanes pair;
+  Indices before;
+  for (int l = 0; l < lanes; ++l) {
+    const int k = which[l < in_use ? l : 0];
+    pair.a.index[l] = pairs[k].a, pair.b.index[l] = pairs[k].b;
+    before.index[l] = closest[k].iterations;
+  }
+  Problem problem;
+  make_problem(placed, pair, problem);
+  const Cores<floatv>& cores = problem.cores;
+
+  const Known known = load_known(simplex, which);
+  // From the corners of the last simplex, where they are now. Without any, the first is looked for along the line between the centres.
+  const auto corner = [&](int k) {
+    return problem.corner(select(known.count > k, (known.a >> 8 * k) & 255, 0), select(known.count > k, (known.b >> 8 * k) & 255, 0));
+  };
+  const maskv cold = known.count == 0;
+  intv iterations = select(cold, intv(1), load(before.index));
+  State state;
+  Corner newest = corner(0);
+  if (any(cold)) newest = select(cold, problem.farthest(between_centres(placed, pair, cores)), newest);
+  for (int k = 1; k < 4; ++k) {
+    const Corner& last = k == 1 ? newest : state.corner[k - 2];
+    state.corner[k - 1] = any(known.count > k) ? select(known.count > k, corner(k), last) : last;
+  }
+  take(first_lanes(lanes), newest, nearest(newest, state.corner, known.count - 1), state);
+
+  maskv active = first_lanes(in_use) & (state.distance_2 > 0.f);
+  while (count(active) > enough) {
+    where(active, iterations) += 1;
+    newest = problem.farthest(state.nearest);
+    // Beyond the corners that there are by more than rounding makes of a step across: some epsilon of its length.
+    const Vector3<floatv>& v = state.nearest;
+    const Vector3<floatv> step = state.corner[0].position - newest.position;
+    const floatv beyond = dot(v, step);
+    active &= (beyond > 0.f) & (beyond * beyond > 4 * epsilon * epsilon * (dot(v, v) * dot(step, step)));
+    // New, and not farther by more than rounding makes of a point: some epsilon of its terms. Where the walk cannot come nearer although
+    // there are corners beyond, it stands at the origin or, as around a needle, a little away from it: the cores overlap.
+    const Choice next = nearest(newest, state.corner, state.count);
+    const floatv farther = next.distance_2 - state.distance_2;
+    const maskv stuck =
+        active &
+        (is_known(newest, state) |
+         ((farther > 0.f) & (farther * farther > 16 * epsilon * epsilon * (state.distance_2 * (state.distance_2 + next.longest_2)))));
+    const maskv there = stuck & (state.distance_2 <= 32 * 32 * epsilon * epsilon * next.longest_2);
+    state.nearest = select(there, {0.f, 0.f, 0.f}, state.nearest);
+    where(there, state.distance_2) = 0.f;
+    active &= ~stuck;
+    take(active, newest, next, state);
+    active &= (state.distance_2 > 0.f) & (iterations < most_iterations);
+  }
+
+  Vector3<floatv> on_a = {0.f, 0.f, 0.f};
+  state.weight[0] = 1.f - (state.weight[1] + state.weight[2] + state.weight[3]);
+  Known out = {state.count, 0, 0};
+  for (int k = 0; k < 4 && any(state.count > k); ++k) {
+    const auto& [a, b, unused] = state.corner[k];
+    const maskv there = state.count > k;
+    on_a = select(there, on_a + state.weight[k] * vertex_of_a(cores, position(problem.hulls->vertex, problem.a.first + a)), on_a);
+    where(there, out.a) |= a << 8 * k;
+    where(there, out.b) |= b << 8 * k;
+  }
+  const Vector3<floatv>& v = state.nearest;
+  const floatv stretch = select(state.distance_2 > 0.f, sqrt(state.distance_2 / dot(v, v)), 0.f);  // 1 but for rounding
+  const Vector3<floatv> from = in_world(cores, on_a), to = in_world(cores, on_a + stretch * v);
+  alignas(array_alignment) Closest<Real> result[lanes];
+  Indices own;
+  store(own.index, lane_index());
+  store_records(&result->on_a.x, own.index, {{from.x, from.y, from.z, to.x, to.y, to.z, sqrt(state.distance_2), as_float(iterations)}});
+  for (int l = 0; l < in_use; ++l) closest[which[l]] = result[l];
+  store_known(out, simplex, which);
+  int left = 0;
+  for (std::uint32_t set = bits(active); set != 0; set &= set - 1) which[left++] = which[std::countr_zero(set)];
+  return left;
+}
+
+constexpr int chunk_size = 512;
+constexpr int few_lanes =
+    3;  // at 0, where nothing is packed again, all takes 5 to 15 % longer; at 8, setting blocks up takes what looks save
+
+// The pairs of a chunk, in blocks of sixteen, again and again until none is left.
+void closest_points_of_chunk(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<Simplex> simplex,
+                             std::span<Closest<Real>> closest) {
+  const int n = static_cast<int>(pairs.size());
+  // A counting sort by vertices, in fours, which is how they are loaded. What the blocks will want from all over memory is asked for now.
+  std::int32_t which[chunk_size];
+  std::uint8_t key[chunk_size];
+  int begin[257] = {};
+  const auto fours = [&](int collider) { return (placed.hulls.vertices(placed.colliders.hull[collider]) - 1) / 4; };
+  for (int k = 0; k < n; ++k) {
+    key[k] = static_cast<std::uint8_t>(16 * fours(pairs[k].a) + fours(pairs[k].b));
+    ++begin[key[k] + 1];
+    for (const int collider : {pairs[k].a, pairs[k].b})
+      __builtin_prefetch(&placed.pose[collider]), __builtin_prefetch(&placed.colliders.size[collider]);
+  }
+  for (int f = 0; f < 256; ++f) begin[f + 1] += begin[f];
+  for (int k = 0; k < n; ++k) which[begin[key[k]]++] = k;
+
+  for (int k = 0; k < n; ++k) closest[k].iterations = 0;
+  for (int left = n; left > 0;) {
+    const int enough = left > lanes ? few_lanes : 0;
+    int kept = 0;
+    for (int k = 0; k < left; k += lanes) {
+      const std::span block(which + k, std::min(lanes, left - k));
+      const int unfinished = closest_points_of_block(placed, pairs, block, enough, simplex, closest);
+      for (int l = 0; l < unfinished; ++l) which[kept++] = which[k + l];
+    }
+    left = kept;
+  }
+}
+
+}  // namespace
+
+void closest_points(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<Simplex> simplex, std::span<Closest<Real>> closest) {
+  const std::size_t chunks = (pairs.size() + chunk_size - 1) / chunk_size;
+  // A chunk reads and writes what belongs to its own pairs alone. Chunks differ in work, hence dynamic.
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
+    const std::size_t first = chunk * chunk_size, count = std::min<std::size_t>(chunk_size, pairs.size() - first);
+    closest_points_of_chunk(placed, pairs.subspan(first, count), simplex.subspan(first, count), closest.subspan(first, count));
+  }
+}
+
+}  // namespace lockstep::rigid::openmp
