@@ -1,0 +1,324 @@
+// Contacts, solved: impulses such that bodies do not move into one another, and friction holds or slows them.
+//
+// The algorithm, and its serial form, stand in serial/rigid/contact_solver.cpp. Contacts of a batch share no body that moves, so whichever
+// comes first, each sees the same velocities: sixteen of them are solved at once, one a lane, and a batch's vectors on all threads. Between
+// batches is a barrier. A contact's numbers are put into vectors once a step, in the order of the batches; of a body, lanes load the whole
+// record of its velocity, and store it.
+//
+// Batches shrink: the last ones hold a few contacts each. Several small batches in a row are one thread's, which needs no barrier between
+// them.
+//
+// In the original order a contact waits for the one before it at either of its bodies. Those that wait for nobody are level 0, those that
+// wait for level 0 alone are level 1: levels are batches, too, and leave the order as it was where it matters.
+//
+// Source: [LRB08] Figures 12 and 13; [ITJ07] Figures 2 to 5. The contract stands in common/rigid/contact_solver.h.
+#include "common/rigid/contact_solver.h"
+
+#include <algorithm>
+#include <bit>
+#include <memory>
+
+#include "common/math.h"
+#include "common/real.h"
+#include "common/rigid/contact_row.h"
+#include "common/simd.h"
+
+namespace lockstep::rigid::openmp {
+namespace {
+
+// Sixteen contacts of one batch, or what is left of it.
+struct Contacts {
+  std::int32_t index[lanes], a[lanes], b[lanes];  // manifold and bodies; some of the batch in lanes without a contact
+  std::uint16_t has_point[most_points], a_moves, b_moves;
+  ContactConstraint<floatv> constraint;
+};
+
+struct Placing {
+  Vector3<floatv> position;
+  Quaternion<floatv> orientation;
+};
+
+Placing load_poses(const Array<Pose<Real>>& pose, const std::int32_t* index) {
+  const Records r = load_records(&pose.data()->position.x, index);
+  return {{r.field[0], r.field[1], r.field[2]}, {r.field[3], r.field[4], r.field[5], r.field[6]}};
+}
+
+LOCKSTEP_INLINE Velocity<floatv> load_velocities(const Array<Motion<Real>>& motion, const std::int32_t* index) {
+  const Records r = load_records(&motion.data()->velocity.x, index);
+  return {{r.field[0], r.field[1], r.field[2]}, {r.field[3], r.field[4], r.field[5]}};
+}
+
+LOCKSTEP_INLINE void write(const Velocity<floatv>& v, const std::int32_t* index, maskv moves, Array<Motion<Real>>& motion) {
+  store_records(&motion.data()->velocity.x, index, {v.linear.x, v.linear.y, v.linear.z, v.angular.x, v.angular.y, v.angular.z, 0.f, 0.f},
+                moves);
+}
+
+Movability<floatv> movability_of(const Bodies<Real>& bodies, const std::int32_t* index, const Quaternion<floatv>& orientation) {
+  const Quads inverse = load_quads(&bodies.inverse_mass.data()->x, index);
+  return {inverse.field[3], turned(matrix_of(orientation), inverse.field[0], inverse.field[1], inverse.field[2])};
+}
+
+// Up to sixteen contacts of a batch, from `order` on.
+void make_contacts(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> order, Real bounce_from,
+                   std::span<const std::int32_t> body, const Bodies<Real>& bodies, std::span<const Impulses<Real>> impulses,
+                   Contacts& contacts) {
+  std::int32_t records[lanes], count[lanes];
+  std::uint32_t a_moves = 0, b_moves = 0;
+  for (int l = 0; l < lanes; ++l) {
+    const bool there = l < static_cast<int>(order.size());
+    const Manifold<Real>& m = manifolds[contacts.index[l] = order[there ? l : 0]];
+    contacts.a[l] = body[m.a], contacts.b[l] = body[m.b];
+    count[l] = there ? m.count : 0;
+    a_moves |= std::uint32_t(there && bodies.inverse_mass[contacts.a[l]].w > 0) << l;
+    b_moves |= std::uint32_t(there && bodies.inverse_mass[contacts.b[l]].w > 0) << l;
+  }
+  contacts.a_moves = static_cast<std::uint16_t>(a_moves), contacts.b_moves = static_cast<std::uint16_t>(b_moves);
+
+  constexpr int records_each = sizeof(Manifold<Real>) / (8 * sizeof(Real)),
+                impulse_records_each = sizeof(Impulses<Real>) / (8 * sizeof(Real));
+  const auto records_of = [&](const auto* base, int each, int which) {
+    for (int l = 0; l < lanes; ++l) records[l] = each * contacts.index[l] + which;
+    return load_records(reinterpret_cast<const Real*>(base), records);
+  };
+  const auto manifold_records = [&](int which) { return records_of(manifolds.data(), records_each, which); };
+
+  const Placing pose_a = load_poses(bodies.pose, contacts.a), pose_b = load_poses(bodies.pose, contacts.b);
+  const Velocity<floatv> a = load_velocities(bodies.motion, contacts.a), b = load_velocities(bodies.motion, contacts.b);
+  ContactConstraint<floatv>& c = contacts.constraint;
+  const Records head = manifold_records(0);
+  c.normal = {head.field[0], head.field[1], head.field[2]};
+  make_tangents(c.normal, c.tangent, c.bitangent);
+  const auto of_body = [&](const Array<Real>& value, const std::int32_t* index) { return gather(value.data(), load(index)); };
+  c.friction = sqrt(of_body(bodies.friction, contacts.a) * of_body(bodies.friction, contacts.b));
+  c.a = movability_of(bodies, contacts.a, pose_a.orientation), c.b = movability_of(bodies, contacts.b, pose_b.orientation);
+  const floatv restitution = max(of_body(bodies.restitution, contacts.a), of_body(bodies.restitution, contacts.b));
+
+  const Records along_normal_and_tangent = records_of(impulses.data(), impulse_records_each, 0);
+  const Records along_bitangent = records_of(impulses.data(), impulse_records_each, 1);
+  for (int pair = 0; pair < most_points / 2; ++pair) {
+    const Records two_points = manifold_records(1 + pair);
+    for (int k = 2 * pair; k < 2 * pair + 2; ++k) {
+      contacts.has_point[k] = static_cast<std::uint16_t>(bits(load(count) > k));
+      if (contacts.has_point[k] == 0) continue;
+      const floatv* field = two_points.field + 4 * (k % 2);
+      const Vector3<floatv> position = {field[0], field[1], field[2]};
+      ConstraintPoint<floatv>& p = c.point[k];
+      p.arm_a = position - pose_a.position;
+      p.arm_b = position - pose_b.position;
+      p.normal = {effective_mass(c, p, c.normal), along_normal_and_tangent.field[k]};
+      p.tangent = {effective_mass(c, p, c.tangent), along_normal_and_tangent.field[4 + k]};
+      p.bitangent = {effective_mass(c, p, c.bitangent), along_bitangent.field[k]};
+      const floatv approach = dot(relative_velocity(a, b, p), c.normal);
+      p.separation = field[3];
+      p.hardest = 0.f;
+      p.bounce = select(approach < -bounce_from, -restitution * approach, 0.f);
+    }
+  }
+}
+
+// Applies an impulse in the lanes that have the point.
+LOCKSTEP_INLINE void apply_where(maskv has_point, const ContactConstraint<floatv>& c, const ConstraintPoint<floatv>& p,
+                                 const Vector3<floatv>& impulse, Velocity<floatv>& a, Velocity<floatv>& b) {
+  if (all(has_point)) return apply(c, p, impulse, a, b);
+  const Velocity<floatv> old_a = a, old_b = b;
+  apply(c, p, impulse, a, b);
+  const auto keep = [&](Vector3<floatv>& v, const Vector3<floatv>& old) {
+    v = {select(has_point, v.x, old.x), select(has_point, v.y, old.y), select(has_point, v.z, old.z)};
+  };
+  keep(a.linear, old_a.linear), keep(a.angular, old_a.angular), keep(b.linear, old_b.linear), keep(b.angular, old_b.angular);
+}
+
+// The impulses of the last step, all at once.
+void warm_start(const Contacts& contacts, Bodies<Real>& bodies) {
+  const ContactConstraint<floatv>& c = contacts.constraint;
+  Velocity<floatv> a = load_velocities(bodies.motion, contacts.a), b = load_velocities(bodies.motion, contacts.b);
+  for (int k = 0; k < most_points && contacts.has_point[k] != 0; ++k) {
+    const ConstraintPoint<floatv>& p = c.point[k];
+    apply_where(lanes_of(contacts.has_point[k]), c, p,
+                p.normal.impulse * c.normal + p.tangent.impulse * c.tangent + p.bitangent.impulse * c.bitangent, a, b);
+  }
+  write(a, contacts.a, lanes_of(contacts.a_moves), bodies.motion);
+  write(b, contacts.b, lanes_of(contacts.b_moves), bodies.motion);
+}
+
+// Friction holds, as far as the normal impulses so far let it.
+LOCKSTEP_INLINE void hold(Contacts& contacts, Velocity<floatv>& a, Velocity<floatv>& b) {
+  ContactConstraint<floatv>& c = contacts.constraint;
+  for (int k = 0; k < most_points && contacts.has_point[k] != 0; ++k) {
+    ConstraintPoint<floatv>& p = c.point[k];
+    const maskv has_point = lanes_of(contacts.has_point[k]);
+    const floatv most = c.friction * p.normal.impulse;
+    const auto slide = [&](Row<floatv>& row, const Vector3<floatv>& direction) {
+      const floatv change = friction_step(row, dot(relative_velocity(a, b, p), direction), most);
+      row.impulse += change;
+      apply_where(has_point, c, p, change * direction, a, b);
+    };
+    slide(p.tangent, c.tangent);
+    slide(p.bitangent, c.bitangent);
+  }
+}
+
+// Points keep apart. `moved` is how far bodies have come since the step began.
+LOCKSTEP_INLINE void press(Contacts& contacts, const Sweep<Real>& sweep, const Array<Motion<Real>>& moved, Velocity<floatv>& a,
+                           Velocity<floatv>& b) {
+  ContactConstraint<floatv>& c = contacts.constraint;
+  const Velocity<floatv> moved_a = load_velocities(moved, contacts.a), moved_b = load_velocities(moved, contacts.b);
+  const Softness<floatv> soft = {sweep.soft.rate, sweep.soft.mass, sweep.soft.impulse};
+  for (int k = 0; k < most_points && contacts.has_point[k] != 0; ++k) {
+    ConstraintPoint<floatv>& p = c.point[k];
+    const floatv separation = p.separation + dot(relative_velocity(moved_a, moved_b, p), c.normal);
+    const floatv parting = dot(relative_velocity(a, b, p), c.normal);
+    const floatv change = normal_step<floatv>(p.normal, parting, separation, sweep.per_step, soft, sweep.most_push);
+    p.normal.impulse += change;
+    p.hardest = max(p.hardest, p.normal.impulse);
+    apply_where(lanes_of(contacts.has_point[k]), c, p, change * c.normal, a, b);
+  }
+}
+
+void push(Contacts& contacts, const Sweep<Real>& sweep, const Array<Motion<Real>>& moved, Bodies<Real>& bodies) {
+  Velocity<floatv> a = load_velocities(bodies.motion, contacts.a), b = load_velocities(bodies.motion, contacts.b);
+  press(contacts, sweep, moved, a, b);
+  write(a, contacts.a, lanes_of(contacts.a_moves), bodies.motion);
+  write(b, contacts.b, lanes_of(contacts.b_moves), bodies.motion);
+}
+
+void rest(Contacts& contacts, const Sweep<Real>& sweep, const Array<Motion<Real>>& moved, Bodies<Real>& bodies) {
+  Velocity<floatv> a = load_velocities(bodies.motion, contacts.a), b = load_velocities(bodies.motion, contacts.b);
+  hold(contacts, a, b);
+  press(contacts, sweep, moved, a, b);
+  write(a, contacts.a, lanes_of(contacts.a_moves), bodies.motion);
+  write(b, contacts.b, lanes_of(contacts.b_moves), bodies.motion);
+}
+
+// Points that came fast, and were hit, leave again. What that takes is no start for the next step, and is not kept.
+void bounce(const Contacts& contacts, Bodies<Real>& bodies) {
+  const ContactConstraint<floatv>& c = contacts.constraint;
+  Velocity<floatv> a = load_velocities(bodies.motion, contacts.a), b = load_velocities(bodies.motion, contacts.b);
+  maskv any_point = first_lanes(0);
+  for (int k = 0; k < most_points && contacts.has_point[k] != 0; ++k) {
+    const ConstraintPoint<floatv>& p = c.point[k];
+    const maskv bounces = lanes_of(contacts.has_point[k]) & (p.bounce > 0.f) & (p.hardest > 0.f);
+    if (none(bounces)) continue;
+    any_point |= bounces;
+    const floatv change = bounce_step(p.normal, dot(relative_velocity(a, b, p), c.normal), p.bounce);
+    apply_where(bounces, c, p, change * c.normal, a, b);
+  }
+  if (none(any_point)) return;
+  write(a, contacts.a, lanes_of(contacts.a_moves) & any_point, bodies.motion);
+  write(b, contacts.b, lanes_of(contacts.b_moves) & any_point, bodies.motion);
+}
+
+// Impulses of points that are not there are written, too, and hold nothing.
+void keep_impulses(const Contacts& contacts, std::span<Impulses<Real>> impulses) {
+  floatv row[3 * most_points];
+  for (int k = 0; k < most_points; ++k) {
+    const ConstraintPoint<floatv>& p = contacts.constraint.point[k];
+    row[k] = p.normal.impulse, row[most_points + k] = p.tangent.impulse, row[2 * most_points + k] = p.bitangent.impulse;
+  }
+  for (int k = 0; k < most_points; ++k)
+    for (std::uint32_t set = contacts.has_point[k]; set != 0; set &= set - 1) {
+      const int l = std::countr_zero(set);
+      Impulses<Real>& to = impulses[contacts.index[l]];
+      const auto lane = [&](const floatv& v) { return reinterpret_cast<const Real*>(&v)[l]; };
+      to.normal[k] = lane(row[k]), to.tangent[k] = lane(row[most_points + k]), to.bitangent[k] = lane(row[2 * most_points + k]);
+    }
+}
+
+// Vectors of contacts, begin .. end - 1, between two barriers: of one batch, or of several small ones in order, which one thread takes.
+struct Stage {
+  int begin, end;
+  bool small;
+};
+
+constexpr int small_batch = 4;  // vectors: less than what a barrier costs
+
+// Vectors [batch] .. of all batches, and stages.
+struct Plan {
+  std::vector<std::span<const std::int32_t>> contacts;  // [vector]: which manifolds
+  std::vector<Stage> stages;
+};
+
+Plan make_plan(const Batches& batches) {
+  Plan plan;
+  for (int k = 0; k < batches.count(); ++k) {
+    const int begin = static_cast<int>(plan.contacts.size());
+    for (int first = batches.begin[k]; first < batches.begin[k + 1]; first += lanes)
+      plan.contacts.push_back({batches.order.data() + first, static_cast<std::size_t>(std::min(lanes, batches.begin[k + 1] - first))});
+    const int end = static_cast<int>(plan.contacts.size());
+    const bool small = end - begin < small_batch;
+    if (small && !plan.stages.empty() && plan.stages.back().small)
+      plan.stages.back().end = end;
+    else
+      plan.stages.push_back({begin, end, small});
+  }
+  return plan;
+}
+
+}  // namespace
+
+void solve_contacts_batches(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
+                            const Batches& batches, Bodies<Real>& bodies, std::span<Impulses<Real>> impulses, Array<Motion<Real>>& moving) {
+  const Substep<Real> part = substep_of<Real>(settings);
+  const Plan plan = make_plan(batches);
+  const int vectors = static_cast<int>(plan.contacts.size());
+  const std::unique_ptr<Contacts[]> contacts(new Contacts[vectors]);  // uninitialised
+  Array<Motion<Real>>& moved = moving;
+  moved.assign(bodies.motion.size(), {});
+  Array<Motion<Real>> before = bodies.motion;
+#pragma omp parallel
+  {
+    // In a stage vectors share no body that moves, or are one thread's in order; the barrier at its end lets the next one see what it
+    // wrote.
+    const auto for_each_contact = [&](const auto& action) {
+      for (const Stage& stage : plan.stages) {
+        if (stage.small) {
+#pragma omp single
+          for (int i = stage.begin; i < stage.end; ++i) action(contacts[i]);
+        } else {
+#pragma omp for schedule(static)
+          for (int i = stage.begin; i < stage.end; ++i) action(contacts[i]);
+        }
+      }
+    };
+    // Every vector is one thread's; velocities are read alone.
+#pragma omp for schedule(static)
+    for (int i = 0; i < vectors; ++i)
+      make_contacts(manifolds, plan.contacts[i], static_cast<Real>(settings.bounce_from), body, bodies, impulses, contacts[i]);
+    for (int substep = 0; substep < settings.substeps; ++substep) {
+      // Here and below every body is one thread's.
+#pragma omp for schedule(static)
+      for (int i = 0; i < bodies.count; ++i)
+        if (bodies.inverse_mass[i].w > 0) begin_substep(part.gained, before[i], bodies.motion[i]);
+      if (substep == 0) for_each_contact([&](Contacts& c) { warm_start(c, bodies); });
+      for (int sweep = 0; sweep < settings.pushing; ++sweep) for_each_contact([&](Contacts& c) { push(c, part.pushing, moved, bodies); });
+#pragma omp for schedule(static)
+      for (int i = 0; i < bodies.count; ++i) {
+        if (!(bodies.inverse_mass[i].w > 0)) continue;
+        moved[i].velocity = moved[i].velocity + part.h * bodies.motion[i].velocity;
+        moved[i].angular_velocity = moved[i].angular_velocity + part.h * bodies.motion[i].angular_velocity;
+      }
+      for (int sweep = 0; sweep < settings.resting; ++sweep) for_each_contact([&](Contacts& c) { rest(c, part.resting, moved, bodies); });
+    }
+    for_each_contact([&](const Contacts& c) { bounce(c, bodies); });
+    const Real per_step = static_cast<Real>(1 / settings.time_step);
+#pragma omp for schedule(static)
+    for (int i = 0; i < bodies.count; ++i) {
+      moving[i].velocity = per_step * moved[i].velocity;
+      moving[i].angular_velocity = per_step * moved[i].angular_velocity;
+    }
+    // A manifold is in one vector.
+#pragma omp for schedule(static)
+    for (int i = 0; i < vectors; ++i) keep_impulses(contacts[i], impulses);
+  }
+}
+
+void solve_contacts_original(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
+                             Bodies<Real>& bodies, std::span<Impulses<Real>> impulses, Array<Motion<Real>>& moving) {
+  std::vector<std::int32_t> a, b;
+  for (const Manifold<Real>& m : manifolds) a.push_back(body[m.a]), b.push_back(body[m.b]);
+  std::vector<char> movable(bodies.count);
+  for (int i = 0; i < bodies.count; ++i) movable[i] = bodies.inverse_mass[i].w > 0;
+  solve_contacts_batches(settings, manifolds, body, make_levels(a, b, movable), bodies, impulses, moving);
+}
+
+}  // namespace lockstep::rigid::openmp

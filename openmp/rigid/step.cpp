@@ -1,0 +1,83 @@
+// One step of rigid bodies, from where they are to where they are next: which may touch, which do, what keeps them apart, and where that
+// leaves them.
+//
+// Every phase is parallel by itself, with a barrier at its end.
+//
+// Source: [LRB08] Figure 4. The contract stands in common/rigid/step.h.
+#include "common/rigid/step.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include "common/real.h"
+#include "common/rigid/batches.h"
+#include "common/rigid/integrate.h"
+#include "common/rigid/match_contacts.h"
+#include "common/stopwatch.h"
+
+namespace lockstep::rigid::openmp {
+namespace {
+
+// `reorders` is called between matching and solving, `solves` with the contacts.
+template <class Reorder, class Solve>
+void step(const StepSettings& settings, World<Real>& world, StepMemory<Real>& memory, Reorder reorders, Solve solves) {
+  Stopwatch stopwatch;
+  int phase = 0;
+  const auto done = [&] { memory.seconds[phase++] = stopwatch.lap(); };
+  const Real dt = static_cast<Real>(settings.solver.time_step), margin = static_cast<Real>(settings.margin);
+  const Colliders<Real>& colliders = world.colliders;
+  const std::span group(colliders.group.data(), colliders.count), body(colliders.body.data(), colliders.count);
+
+  place_colliders(world, margin / 2, memory.placed, memory.bounds);
+  done();
+
+  build_tree(memory.bounds, memory.tree);
+  tree_pairs(memory.tree, memory.bounds, group, memory.bounded);
+  const std::span<const Pose<Real>> placed(memory.placed.data(), colliders.count);
+  plane_pairs(colliders, placed, memory.bounds, memory.with_planes);
+  memory.pairs.clear();
+  std::ranges::merge(memory.bounded, memory.with_planes, std::back_inserter(memory.pairs));
+  done();
+
+  memory.manifolds.swap(memory.last_manifolds);
+  memory.impulses.swap(memory.last_impulses);
+  narrow_phase({colliders, world.hulls, placed}, memory.pairs, margin, memory.narrow_phase, memory.manifolds);
+  done();
+
+  memory.impulses.resize(memory.manifolds.size());
+  match_contacts(memory.last_manifolds, memory.last_impulses, memory.manifolds, memory.impulses);
+  done();
+
+  reorders();
+  done();
+
+  solves(body);
+  done();
+
+  advance_bodies(memory.moving, dt, world.bodies);
+  done();
+}
+
+}  // namespace
+
+void step_original(const StepSettings& settings, World<Real>& world, StepMemory<Real>& memory) {
+  step(
+      settings, world, memory, [] {},
+      [&](std::span<const std::int32_t> body) {
+        solve_contacts_original(settings.solver, memory.manifolds, body, world.bodies, memory.impulses, memory.moving);
+      });
+}
+
+void step_batches(const StepSettings& settings, World<Real>& world, StepMemory<Real>& memory) {
+  step(
+      settings, world, memory,
+      [&] {
+        memory.batches =
+            reorder_contacts(memory.manifolds, {world.colliders.body.data(), std::size_t(world.colliders.count)}, world.bodies);
+      },
+      [&](std::span<const std::int32_t> body) {
+        solve_contacts_batches(settings.solver, memory.manifolds, body, memory.batches, world.bodies, memory.impulses, memory.moving);
+      });
+}
+
+}  // namespace lockstep::rigid::openmp

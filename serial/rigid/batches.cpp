@@ -1,0 +1,25 @@
+// Contacts put into batches without conflicts.
+//
+// The rule is first fit: it needs one look at each contact, and piles of bodies that touch d others end in at most 2 d - 1 batches. Early
+// batches are full, late ones small.
+//
+// Source: [LRB08] Figure 13. The contract stands in common/rigid/batches.h, the rule in common/batches.cpp.
+#include "common/rigid/batches.h"
+
+#include "common/real.h"
+
+namespace lockstep::rigid::serial {
+
+Batches reorder_contacts(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body, const Bodies<Real>& bodies) {
+  const int contacts = static_cast<int>(manifolds.size());
+  std::vector<std::int32_t> a(contacts), b(contacts);
+  for (int k = 0; k < contacts; ++k) {
+    a[k] = body[manifolds[k].a];
+    b[k] = body[manifolds[k].b];
+  }
+  std::vector<char> movable(bodies.count);
+  for (int i = 0; i < bodies.count; ++i) movable[i] = bodies.inverse_mass[i].w > 0;
+  return make_batches(a, b, movable);
+}
+
+}  // namespace lockstep::rigid::serial
