@@ -122,8 +122,8 @@ TEST(House, CountsLinesInCommon) {
 
 // Two lines in three, where the algorithm is the same one.
 TEST(House, TwinsReadAlike) {
-  for (const std::string name :
-       {"fluid/collisions.cpp", "fluid/advance.cpp", "fluid/step.cpp", "cloth/step.cpp", "levelset/fast_marching.cpp"}) {
+  for (const std::string name : {"fluid/collisions.cpp", "fluid/advance.cpp", "fluid/step.cpp", "cloth/step.cpp",
+                                 "levelset/fast_marching.cpp", "rigid/step.cpp", "rigid/batches.cpp", "rigid/match_contacts.cpp"}) {
     const std::vector<std::string> serial = code_of("serial/" + name), openmp = code_of("openmp/" + name);
     EXPECT_GE(3 * lines_in_common(serial, openmp), 2 * std::max(serial.size(), openmp.size())) << name;
   }

@@ -16,10 +16,14 @@
 #include "common/levelset/fast_sweeping.h"
 #include "common/levelset/initialize.h"
 #include "common/levelset/scene.h"
+#include "common/rigid/batches.h"
+#include "common/rigid/scene.h"
+#include "common/rigid/step.h"
 #include "verify/cloth_forms.h"
 #include "verify/cloth_run.h"
 #include "verify/options.h"
 #include "verify/report.h"
+#include "verify/rigid_run.h"
 
 namespace lockstep::verify {
 namespace {
@@ -98,13 +102,71 @@ void levelset_slice(std::ostream& csv) {
     }
 }
 
+// What reordering contacts into batches gives, and costs: ten sweeps over the settled contacts of a scene, in the original order (in
+// parallel as far as that lets), and in batches, with the time to make them; and how large the batches are.
+void contact_batches(std::ostream& csv) {
+  using namespace rigid;
+  csv << "scene,kind,threads,batch,value\n";
+  for (const std::string scene_name : {"pyramid_24", "box_pit_4000", "hull_pit_2000", "castle_hit"}) {
+    const Scene scene = load_scene("scenes/rigid/" + scene_name + ".toml");
+    const StepSettings settings = settings_of(scene);
+    World<float> world = scene.world;
+    StepMemory<float> memory;
+    for (int step = 0; step < std::max(scene.settle, 1); ++step) {
+      progress("contact_batches: " + scene_name + ", step " + std::to_string(step));
+      openmp::step_batches(settings, world, memory);
+    }
+    const std::span<const std::int32_t> body(world.colliders.body.data(), world.colliders.count);
+    const auto median_ms = [&](const auto& solve) {
+      constexpr int repeats = 15;
+      std::vector<double> ms;
+      for (int repeat = 0; repeat < repeats; ++repeat) {
+        Bodies<float> bodies = world.bodies;
+        Array<Impulses<float>> impulses = memory.impulses;
+        const double begin = now();
+        solve(bodies, std::span<Impulses<float>>(impulses));
+        ms.push_back(1e3 * (now() - begin));
+      }
+      std::ranges::nth_element(ms, ms.begin() + repeats / 2);
+      return ms[repeats / 2];
+    };
+    const auto row = [&](const char* kind, int threads, int batch, double value) {
+      csv << scene_name << ',' << kind << ',' << threads << ',' << batch << ',' << value << '\n';
+    };
+    Array<Motion<float>> moving;
+    const auto original = [&](SolveOriginal<float>* solve) {
+      return median_ms([&](Bodies<float>& bodies, std::span<Impulses<float>> impulses) {
+        solve(settings.solver, memory.manifolds, body, bodies, impulses, moving);
+      });
+    };
+    const auto batched = [&](SolveBatches<float>* solve, ReorderContacts<float>* reorder) {
+      return median_ms([&](Bodies<float>& bodies, std::span<Impulses<float>> impulses) {
+        solve(settings.solver, memory.manifolds, body, reorder(memory.manifolds, body, bodies), bodies, impulses, moving);
+      });
+    };
+    row("serial_original_ms", 1, 0, original(serial::solve_contacts_original));
+    row("serial_batches_ms", 1, 0, batched(serial::solve_contacts_batches, serial::reorder_contacts));
+    for (int threads = 1; threads <= omp_get_num_procs(); ++threads) {
+      omp_set_num_threads(threads);
+      row("original_ms", threads, 0, original(openmp::solve_contacts_original));
+      row("batches_ms", threads, 0, batched(openmp::solve_contacts_batches, openmp::reorder_contacts));
+      row("reorder_ms", threads, 0,
+          median_ms([&](Bodies<float>& bodies, std::span<Impulses<float>>) { openmp::reorder_contacts(memory.manifolds, body, bodies); }));
+    }
+    const Batches batches = serial::reorder_contacts(memory.manifolds, body, world.bodies);
+    for (int k = 0; k < batches.count(); ++k) row("batch_size", 0, k, batches.begin[k + 1] - batches.begin[k]);
+  }
+}
+
 struct Figure {
   const char* name;
   void (*write)(std::ostream& csv);
 };
 
-constexpr Figure all_figures[] = {
-    {"cloth_convergence", cloth_convergence}, {"levelset_blocks", levelset_blocks}, {"levelset_slice", levelset_slice}};
+constexpr Figure all_figures[] = {{"cloth_convergence", cloth_convergence},
+                                  {"levelset_blocks", levelset_blocks},
+                                  {"levelset_slice", levelset_slice},
+                                  {"contact_batches", contact_batches}};
 
 }  // namespace
 

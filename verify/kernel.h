@@ -64,5 +64,6 @@ std::vector<Kernel> kernels();
 std::vector<Kernel> fluid_kernels();
 std::vector<Kernel> cloth_kernels();
 std::vector<Kernel> levelset_kernels();
+std::vector<Kernel> rigid_kernels();
 
 }  // namespace lockstep::verify

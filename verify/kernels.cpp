@@ -14,7 +14,8 @@ const char* name_of(Verdict verdict) {
 
 std::vector<Kernel> kernels() {
   std::vector<Kernel> all;
-  for (const auto& domain : {fluid_kernels(), cloth_kernels(), levelset_kernels()}) all.insert(all.end(), domain.begin(), domain.end());
+  for (const auto& domain : {fluid_kernels(), cloth_kernels(), levelset_kernels(), rigid_kernels()})
+    all.insert(all.end(), domain.begin(), domain.end());
   return all;
 }
 

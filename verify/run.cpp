@@ -24,7 +24,10 @@ void make_folder(const std::string& path) {
 
 Simulation simulation_of(const RunOptions& options) {
   const std::string kind = kind_of_scene(options.scene);
-  return kind == "cloth" ? cloth_simulation(options) : kind == "levelset" ? levelset_simulation(options) : fluid_simulation(options);
+  if (kind == "cloth") return cloth_simulation(options);
+  if (kind == "levelset") return levelset_simulation(options);
+  if (kind == "rigid") return rigid_simulation(options);
+  return fluid_simulation(options);
 }
 
 // Whether one file is asked for, and not a folder of frames.
@@ -68,6 +71,7 @@ int run(const RunOptions& options) {
               simulation.elements, unit, frames, options.variant.c_str(), simulation.form.c_str(),
               options.variant == "serial" ? 1 : omp_get_max_threads(), 1e3 * seconds / frames,
               simulation.elements * double(frames) / seconds, unit, options.out.c_str());
+  if (simulation.summary) std::printf("%s\n", simulation.summary().c_str());
   return 0;
 }
 

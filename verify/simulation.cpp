@@ -1,5 +1,8 @@
 #include "verify/simulation.h"
 
+#include <algorithm>
+#include <array>
+#include <cstdio>
 #include <memory>
 
 #include "common/cloth/make.h"
@@ -17,8 +20,12 @@
 #include "common/levelset/initialize.h"
 #include "common/levelset/scene.h"
 #include "common/levelset/vti.h"
+#include "common/rigid/scene.h"
+#include "common/rigid/step.h"
+#include "common/rigid/vtk.h"
 #include "verify/cloth_forms.h"
 #include "verify/fluid_forms.h"
+#include "verify/rigid_run.h"
 
 namespace lockstep::verify {
 namespace {
@@ -61,6 +68,7 @@ Simulation fluid_simulation(const RunOptions& options) {
       .write_state = [state, per_metre = static_cast<float>(scene.model.particles_per_metre)](
                          const std::string& path) { fluid::write_fluid(path, per_metre, state->particles); },
       .state_formats = {".fluid"},
+      .summary = nullptr,
   };
 }
 
@@ -82,6 +90,7 @@ Simulation cloth_simulation(const RunOptions& options) {
       .write_frame = [state](const std::string& path) { cloth::write_vtk(path, *state); },
       .write_state = nullptr,
       .state_formats = {},
+      .summary = nullptr,
   };
 }
 
@@ -136,6 +145,62 @@ Simulation levelset_simulation(const RunOptions& options) {
       .write_frame = write,
       .write_state = write,
       .state_formats = {".vti", ".vtk"},
+      .summary = nullptr,
+  };
+}
+
+Simulation rigid_simulation(const RunOptions& options) {
+  struct State {
+    rigid::World<float> world;
+    rigid::StepSettings settings;
+    rigid::StepMemory<float> memory;
+    std::array<double, rigid::phases> seconds = {};
+    int steps = 0;
+  };
+  struct Form {
+    std::string variant, name;
+    rigid::Step<float>* step;
+  };
+  const Form forms[] = {{"serial", "original", rigid::serial::step_original},
+                        {"serial", "batches", rigid::serial::step_batches},
+                        {"openmp", "batches", rigid::openmp::step_batches},
+                        {"openmp", "original", rigid::openmp::step_original}};
+  const rigid::Scene scene = rigid::load_scene(options.scene);
+  const auto state = std::make_shared<State>(State{scene.world, settings_of(scene), {}, {}, 0});
+  const Form form = find_form(forms, options.form, [&](const Form& f) { return f.variant == options.variant; });
+  return {
+      .name = scene.name,
+      .form = form.name,
+      .elements = scene.world.bodies.count,
+      .unit = "bodies",
+      .frames = scene.frames,
+      .step =
+          [state, form] {
+            form.step(state->settings, state->world, state->memory);
+            for (int phase = 0; phase < rigid::phases; ++phase) state->seconds[phase] += state->memory.seconds[phase];
+            ++state->steps;
+          },
+      .write_frame = [state](const std::string& path) { rigid::write_vtk(path, state->world); },
+      .write_state = nullptr,
+      .state_formats = {},
+      .summary =
+          [state] {
+            std::string text;
+            char part[64];
+            for (int phase = 0; phase < rigid::phases; ++phase) {
+              std::snprintf(part, sizeof part, "%s %.2f, ", rigid::phase_names[phase], 1e3 * state->seconds[phase] / state->steps);
+              text += part;
+            }
+            double deepest = 0;
+            int points = 0;
+            for (const rigid::Manifold<float>& m : state->memory.manifolds) {
+              points += m.count;
+              for (int k = 0; k < m.count; ++k) deepest = std::max(deepest, -double(m.point[k].separation));
+            }
+            std::snprintf(part, sizeof part, "%zu contacts, %d points, deepest %.2f mm", state->memory.manifolds.size(), points,
+                          1e3 * deepest);
+            return "ms a step: " + text + part;
+          },
   };
 }
 

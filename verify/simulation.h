@@ -19,11 +19,13 @@ struct Simulation {
   std::function<void(const std::string& path)> write_frame;  // for ParaView
   std::function<void(const std::string& path)> write_state;  // as one file
   std::vector<std::string> state_formats;                    // how the name of that file may end; none if there is no such format
+  std::function<std::string()> summary;                      // of the run, for people; may be absent
 };
 
 // The functions share the state. Throw InputError where the scene or the form is not to be had.
 Simulation fluid_simulation(const RunOptions& options);
 Simulation cloth_simulation(const RunOptions& options);
 Simulation levelset_simulation(const RunOptions& options);
+Simulation rigid_simulation(const RunOptions& options);
 
 }  // namespace lockstep::verify

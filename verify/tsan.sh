@@ -19,10 +19,10 @@ export OMP_TOOL_LIBRARIES=${OMP_TOOL_LIBRARIES:-/usr/lib/llvm-14/lib/libarcher.s
 
 passed=0 failed=0
 
-# shorten DOMAIN SCENE: a copy of a scene with few frames, for whole runs are `make verify`'s, and a race shows in one step. A cloth keeps
+# shorten DOMAIN SCENE: a copy of a scene with few frames and bodies, for whole runs are `make verify`'s, and a race shows in one step. A cloth keeps
 # three iterations, for those of the chains overlap.
 shorten() {
-  sed -E 's/^frames *=.*/frames = 5/; s/^iterations *=.*/iterations = 3/; s/^substeps *=.*/substeps = 2/; /^energy_falls_after/d' \
+  sed -E 's/^frames *=.*/frames = 5/; s/^iterations *=.*/iterations = 3/; s/^substeps *=.*/substeps = 2/; /^energy_falls_after/d; s/^count *=.*/count = 400/; s/^settle *=.*/settle = 30/' \
     "scenes/$1/$2.toml" > "$build/$2.toml"
 }
 
@@ -60,6 +60,10 @@ shorten fluid clump
 shorten cloth flag_128
 shorten cloth sheet_on_sphere
 shorten cloth garment
+shorten rigid pyramid_15
+shorten rigid box_pit_4000
+shorten rigid hull_pit_2000
+shorten rigid rounds_20000
 cp scenes/cloth/garment.obj $build/
 cp scenes/levelset/{slab_33,torus_128,spheres_and_box_64_full}.toml $build/
 
@@ -74,6 +78,12 @@ while read -r kernel form; do
     levelset/*_for_*) continue ;;  # runs what has rows of its own
     levelset/*\ blocks) scenes="torus_128" ;;  # more than one block
     levelset/*) scenes="slab_33 spheres_and_box_64_full" ;;
+    rigid/*_for_*) continue ;;
+    rigid/spheres*) scenes="rounds_20000" ;;
+    rigid/gjk* | rigid/convexes*) scenes="hull_pit_2000" ;;
+    rigid/box_box*) scenes="box_pit_4000 pyramid_15" ;;
+    rigid/contact_solver* | rigid/step*) scenes="pyramid_15 hull_pit_2000" ;;
+    rigid/*) scenes="box_pit_4000" ;;
     *) scenes="" seen="no scene" log=$0; report "$kernel" "$form" - - clean "$(date +%s%N)" ;;
   esac
   for scene in $scenes; do

@@ -18,6 +18,8 @@
 #include "common/fluid/fluid.h"
 #include "common/fluid/rebuild_grid.h"
 #include "common/fluid/scene.h"
+#include "common/rigid/contact_solver.h"
+#include "common/rigid/scene.h"
 #include "common/simd.h"
 #include "openmp/cloth/schedule.h"
 #include "openmp/fluid/sub_grids.h"
@@ -176,6 +178,28 @@ void stages_without_barrier(Cloth<float>& cloth) {
   }
 }
 
+// Contacts of bodies next to one another in a ring, all in one batch: each body is in two of them.
+void batch_sharing_bodies(rigid::World<float>& world) {
+  const int n = world.bodies.count;
+  Array<rigid::Manifold<float>> manifolds(n);
+  Batches batches{{}, {0, n}};
+  std::vector<std::int32_t> body(n);
+  for (int i = 0; i < n; ++i) {
+    manifolds[i] = {.normal = {1, 0, 0}, .count = 1, .a = i, .b = (i + 1) % n, .unused = {}, .point = {}, .feature = {}, .more_unused = {}};
+    manifolds[i].point[0] = {world.bodies.pose[i].position, 0};
+    batches.order.push_back(i);
+    body[i] = i;
+  }
+  Array<rigid::Impulses<float>> impulses(n);
+  Array<rigid::Motion<float>> moving;
+  rigid::SolverSettings settings;
+  settings.time_step = .01, settings.gravity = {0, 0, 0};
+  const std::span<const rigid::Manifold<float>> contacts(manifolds);
+  rigid::openmp::solve_contacts_batches(settings, contacts, body, batches, world.bodies, std::span(impulses), moving);
+}
+
+rigid::World<float> load_rigid(const std::string& scene) { return rigid::load_scene("scenes/rigid/" + scene + ".toml").world; }
+
 // Two batches taken for one: each of its particles in two constraints.
 void batches_sharing_particles(Cloth<float>& cloth) {
   const cloth::Constraints<float>& list = cloth.batched;
@@ -195,6 +219,7 @@ constexpr Mistake<Fluid<float>> fluid_mistakes[] = {
 constexpr Mistake<Cloth<float>> cloth_mistakes[] = {{"seams_without_barrier", "flag_128", seams_without_barrier},
                                                     {"stages_without_barrier", "flag_128", stages_without_barrier},
                                                     {"batches_sharing_particles", "flag_128", batches_sharing_particles}};
+constexpr Mistake<rigid::World<float>> rigid_mistakes[] = {{"batch_sharing_bodies", "pyramid_15", batch_sharing_bodies}};
 
 Fluid<float> load_fluid(const std::string& name) {
   Scene scene = load_scene("scenes/fluid/" + name + ".toml");
@@ -222,6 +247,7 @@ bool make_or_list(const Mistakes& mistakes, const char* name, Load load) {
 
 int main(int argc, char** argv) {
   const char* const name = argc < 2 ? nullptr : argv[1];
-  const bool made = make_or_list(fluid_mistakes, name, load_fluid) || make_or_list(cloth_mistakes, name, load_cloth);
+  const bool made = make_or_list(fluid_mistakes, name, load_fluid) || make_or_list(cloth_mistakes, name, load_cloth) ||
+                    make_or_list(rigid_mistakes, name, load_rigid);
   return made || !name ? 0 : 2;
 }

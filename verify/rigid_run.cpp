@@ -1,0 +1,132 @@
+#include "verify/rigid_run.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/rigid/make.h"
+#include "verify/compare.h"
+
+namespace lockstep::verify {
+namespace {
+
+using namespace rigid;
+
+Array<Impulses<double>> widened(std::span<const Impulses<float>> impulses) {
+  Array<Impulses<double>> wide(impulses.size());
+  for (std::size_t i = 0; i < impulses.size(); ++i)
+    for (int k = 0; k < most_points; ++k) {
+      wide[i].normal[k] = impulses[i].normal[k];
+      wide[i].tangent[k] = impulses[i].tangent[k];
+      wide[i].bitangent[k] = impulses[i].bitangent[k];
+    }
+  return wide;
+}
+
+Vector3<double> wide(const Vector3<float>& v) { return {v.x, v.y, v.z}; }
+
+Array<Manifold<double>> widened(std::span<const Manifold<float>> manifolds) {
+  Array<Manifold<double>> to(manifolds.size());
+  for (std::size_t i = 0; i < manifolds.size(); ++i) {
+    const Manifold<float>& m = manifolds[i];
+    to[i] = {.normal = wide(m.normal), .count = m.count, .a = m.a, .b = m.b, .unused = {}, .point = {}, .feature = {}, .more_unused = {}};
+    for (int k = 0; k < m.count; ++k) to[i].point[k] = {wide(m.point[k].position), m.point[k].separation};
+  }
+  return to;
+}
+
+std::vector<float> state_of(const Bodies<float>& bodies) {
+  std::vector<float> state;
+  for (int i = 0; i < bodies.count; ++i) {
+    const auto& [position, q, unused] = bodies.pose[i];
+    const Motion<float>& motion = bodies.motion[i];
+    for (const Vector3<float>& v : {position, motion.velocity, motion.angular_velocity}) state.insert(state.end(), {v.x, v.y, v.z});
+    state.insert(state.end(), {q.x, q.y, q.z, q.w});
+  }
+  return state;
+}
+
+struct Momentum {
+  Vector3<double> sum{0, 0, 0};
+  double magnitude = 0;  // of what was added up
+};
+
+void add(Momentum& momentum, const Vector3<double>& v) {
+  momentum.sum = momentum.sum + v;
+  momentum.magnitude += std::sqrt(dot(v, v));
+}
+
+Momentum momentum_of(const Bodies<float>& bodies) {
+  Momentum momentum;
+  for (int i = 0; i < bodies.count; ++i)
+    if (bodies.inverse_mass[i].w > 0) add(momentum, 1. / bodies.inverse_mass[i].w * wide(bodies.motion[i].velocity));
+  return momentum;
+}
+
+}  // namespace
+
+StepSettings settings_of(const Scene& scene) {
+  StepSettings settings;
+  settings.solver.gravity = scene.gravity;
+  settings.solver.time_step = scene.time_step;
+  settings.solver.substeps = scene.iterations;
+  return settings;
+}
+
+double residual(const SolverSettings& settings, std::span<const Manifold<float>> manifolds, std::span<const std::int32_t> body,
+                const World<float>& start, std::span<const Impulses<float>> impulses) {
+  Bodies<double> bodies = convert<double>(start).bodies;
+  const Array<Impulses<double>> before = widened(impulses);
+  Array<Impulses<double>> after = before;
+  Array<Motion<double>> moving;
+  SolverSettings one_sweep = settings;
+  one_sweep.gravity = {0, 0, 0}, one_sweep.substeps = 1, one_sweep.pushing = 0, one_sweep.resting = 1;
+  const Array<Manifold<double>> contacts = widened(manifolds);
+  serial::solve_contacts_original(one_sweep, std::span<const Manifold<double>>(contacts), body, bodies, std::span(after), moving);
+  double sum = 0, rows = 0;
+  for (std::size_t i = 0; i < manifolds.size(); ++i)
+    for (int k = 0; k < manifolds[i].count; ++k)
+      for (auto row : {&Impulses<double>::normal, &Impulses<double>::tangent, &Impulses<double>::bitangent}) {
+        const double change = (after[i].*row)[k] - (before[i].*row)[k];
+        sum += change * change, ++rows;
+      }
+  return rows > 0 ? std::sqrt(sum / rows) : 0;
+}
+
+// An impulse changes two velocities, each by a rounding of what is added (3 u) and of the sum (u). A body's velocity is written once a row
+// of its contacts, n times in all: momentum is off by n u (m |v| + 3 impulses) at the most. An impulse of the step is at most what a
+// substep's is, times substeps.
+RigidRun run_rigid(const Scene& scene, Step<float>* step, int steps) {
+  const StepSettings settings = settings_of(scene);
+  const SolverSettings& solver = settings.solver;
+  World<float> world = scene.world;
+  StepMemory<float> memory;
+  RigidRun run;
+  for (int i = 0; i < steps; ++i) {
+    const Momentum before = momentum_of(world.bodies);
+    step(settings, world, memory);
+    const Momentum after = momentum_of(world.bodies);
+    double mass = 0, deepest = 0, impulses = 0;
+    for (int b = 0; b < world.bodies.count; ++b)
+      if (world.bodies.inverse_mass[b].w > 0) mass += 1. / world.bodies.inverse_mass[b].w;
+    bool free = true;  // no contact with a static body
+    std::vector<int> rows_of(world.bodies.count, 0);
+    for (std::size_t k = 0; k < memory.manifolds.size(); ++k) {
+      const Manifold<float>& m = memory.manifolds[k];
+      free = free && world.colliders.group[m.a] >= 0 && world.colliders.group[m.b] >= 0;
+      for (int p = 0; p < m.count; ++p) {
+        deepest = std::max(deepest, -double(m.point[p].separation));
+        const Impulses<float>& of = memory.impulses[k];
+        impulses += solver.substeps * (std::abs(of.normal[p]) + std::abs(of.tangent[p]) + std::abs(of.bitangent[p]));
+      }
+      for (const std::int32_t collider : {m.a, m.b}) rows_of[world.colliders.body[collider]] += 3 * m.count;
+    }
+    const Vector3<double> gained = solver.time_step * mass * solver.gravity;
+    const Vector3<double> off = after.sum - before.sum - gained;
+    const double writes = solver.substeps * (*std::ranges::max_element(rows_of) * (1. + solver.pushing + solver.resting) + 6);
+    const double allowed = writes * unit_roundoff * (before.magnitude + after.magnitude + std::sqrt(dot(gained, gained)) + 3 * impulses);
+    run.frames.push_back({state_of(world.bodies), deepest, free && allowed > 0 ? std::sqrt(dot(off, off)) / allowed : 0});
+  }
+  return run;
+}
+
+}  // namespace lockstep::verify
