@@ -79,7 +79,7 @@ double residual(const SolverSettings& settings, std::span<const Manifold<float>>
   Array<Impulses<double>> after = before;
   Array<Motion<double>> moving;
   SolverSettings one_sweep = settings;
-  one_sweep.gravity = {0, 0, 0}, one_sweep.substeps = 1, one_sweep.pushing = 0, one_sweep.resting = 1;
+  one_sweep.substeps = 1, one_sweep.pushing = 0, one_sweep.resting = 1;
   const Array<Manifold<double>> contacts = widened(manifolds);
   serial::solve_contacts_original(one_sweep, std::span<const Manifold<double>>(contacts), body, bodies, std::span(after), moving);
   double sum = 0, rows = 0;
