@@ -9,6 +9,7 @@
 #include <cstring>
 #include <limits>
 #include <random>
+#include <type_traits>
 #include <vector>
 
 #include "common/rigid/gjk.h"
@@ -163,6 +164,19 @@ Scene faced_kinds(Random& random, int pairs) {
   return scene;
 }
 
+// In double, orientations that float has rounded are of length 1 only to float's precision, which is put right.
+template <class Real>
+Rounded<Real> round_shapes(const Shapes& shapes) {
+  Rounded<Real> rounded(shapes);
+  if constexpr (std::is_same_v<Real, double>)
+    for (Pose<double>& pose : rounded.pose) {
+      auto& [x, y, z, w] = pose.orientation;
+      const double scale = 1 / std::sqrt(x * x + y * y + z * z + w * w);
+      x *= scale, y *= scale, z *= scale, w *= scale;
+    }
+  return rounded;
+}
+
 // The vertices of a core, in the world.
 template <class Real>
 ExactShape core(const Placed<Real>& placed, int collider) {
@@ -227,7 +241,7 @@ Simplex any_simplex(Random& random, const Placed<float>& placed, const Pair& pai
 // The distance is what it should be, the points are that far apart, and where there is but one way between them, they are it.
 template <class Real>
 void expect_closest(const Shapes& shapes, double distance, const Vector* on_a = nullptr, const Vector* on_b = nullptr) {
-  const Rounded<Real> rounded(shapes);
+  const Rounded<Real> rounded = round_shapes<Real>(shapes);
   const Pair pair = {0, 1};
   const double bound = good * unit_roundoff<Real> * measure(rounded.placed(), pair);
   const Closest<Real> c = run<Real>(serial::closest_points, rounded.placed(), std::span(&pair, 1)).closest[0];
@@ -247,6 +261,9 @@ void expect_closest(const Shapes& shapes, double distance, const Vector& on_a, c
   expect_closest<double>(shapes, distance, &on_a, &on_b);
 }
 
+// Turns without rounding: y to x, and y to z.
+constexpr Quaternion<double> along_x = {-.5, -.5, -.5, .5}, along_z = {.5, .5, .5, .5};
+
 TEST(Gjk, Points) {
   Shapes apart, together;
   apart.sphere(.1, at({1, 2, 3})), apart.sphere(.1, at({3, 5, 9}));
@@ -256,7 +273,6 @@ TEST(Gjk, Points) {
 }
 
 TEST(Gjk, Segments) {
-  const Quaternion<double> along_x = {0, 0, std::sqrt(.5), std::sqrt(.5)};
   Shapes crossing, parallel, in_line, touching;
   crossing.capsule(1, .1, at({0, 0, 0})), crossing.capsule(1, .1, at({.25, .5, 2}, along_x));
   expect_closest(crossing, 2, {0, .5, 0}, {0, .5, 2});
@@ -288,7 +304,6 @@ TEST(Gjk, SegmentOverTriangle) {
   for (Shapes* shapes : {&end, &middle, &through}) shapes->add(Kind::triangle, triangle, {1, 1, 1, 0}, at({1, 2, 3}));
   end.capsule(1, .1, at({2, 4, 4}));
   expect_closest(end, 1, {2, 2, 4}, {2, 3, 4});
-  const Quaternion<double> along_z = {std::sqrt(.5), 0, 0, std::sqrt(.5)};
   middle.capsule(2, .1, at({-2, 6, 5}, along_z));
   expect_closest(middle, 5);
   through.capsule(1, .1, at({2, 2.5, 4}));
@@ -301,14 +316,7 @@ template <class Real>
 void expect_exact(int pairs) {
   Random random(1);
   const Scene scene = faced_kinds(random, pairs);
-  Rounded<Real> rounded(scene.shapes);
-  // Orientations that float rounded are of length 1 to float's precision, not to double's.
-  if constexpr (std::is_same_v<Real, double>)
-    for (Pose<double>& pose : rounded.pose) {
-      auto& [x, y, z, w] = pose.orientation;
-      const double scale = 1 / std::sqrt(x * x + y * y + z * z + w * w);
-      x *= scale, y *= scale, z *= scale, w *= scale;
-    }
+  const Rounded<Real> rounded = round_shapes<Real>(scene.shapes);
   const Placed<Real> placed = rounded.placed();
   const Answer<Real> answer = run<Real>(serial::closest_points, placed, scene.pairs);
   int apart = 0;

@@ -232,18 +232,32 @@ struct Stage {
 
 constexpr int small_batch = 4;  // vectors: less than what a barrier costs
 
-// Vectors [batch] .. of all batches, and stages.
+// Contacts in the order in which they are put into vectors, the vectors, and stages.
 struct Plan {
-  std::vector<std::span<const std::int32_t>> contacts;  // [vector]: which manifolds
+  std::vector<std::int32_t> order;                      // manifolds, batch after batch
+  std::vector<std::span<const std::int32_t>> contacts;  // [vector]: part of `order`
   std::vector<Stage> stages;
 };
 
-Plan make_plan(const Batches& batches) {
+// Within a batch contacts with as many points stand together, so that few lanes wait for others' points; whatever the order in a batch, the
+// bits are the same.
+Plan make_plan(const Batches& batches, std::span<const Manifold<Real>> manifolds) {
   Plan plan;
+  plan.order.resize(batches.order.size());
   for (int k = 0; k < batches.count(); ++k) {
+    const int batch_begin = batches.begin[k], batch_end = batches.begin[k + 1];
+    int next[most_points + 2] = {};  // [points fewer than most]: where the next of them goes
+    for (int i = batch_begin; i < batch_end; ++i) ++next[most_points - manifolds[batches.order[i]].count + 1];
+    next[0] = batch_begin;
+    for (int fewer = 0; fewer < most_points; ++fewer) next[fewer + 1] += next[fewer];
+    for (int i = batch_begin; i < batch_end; ++i) {
+      const std::int32_t contact = batches.order[i];
+      plan.order[next[most_points - manifolds[contact].count]++] = contact;
+    }
+
     const int begin = static_cast<int>(plan.contacts.size());
-    for (int first = batches.begin[k]; first < batches.begin[k + 1]; first += lanes)
-      plan.contacts.push_back({batches.order.data() + first, static_cast<std::size_t>(std::min(lanes, batches.begin[k + 1] - first))});
+    for (int first = batch_begin; first < batch_end; first += lanes)
+      plan.contacts.push_back({plan.order.data() + first, static_cast<std::size_t>(std::min(lanes, batch_end - first))});
     const int end = static_cast<int>(plan.contacts.size());
     const bool small = end - begin < small_batch;
     if (small && !plan.stages.empty() && plan.stages.back().small)
@@ -259,7 +273,7 @@ Plan make_plan(const Batches& batches) {
 void solve_contacts_batches(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
                             const Batches& batches, Bodies<Real>& bodies, std::span<Impulses<Real>> impulses, Array<Motion<Real>>& moving) {
   const Substep<Real> part = substep_of<Real>(settings);
-  const Plan plan = make_plan(batches);
+  const Plan plan = make_plan(batches, manifolds);
   const int vectors = static_cast<int>(plan.contacts.size());
   const std::unique_ptr<Contacts[]> contacts(new Contacts[vectors]);  // uninitialised
   Array<Motion<Real>>& moved = moving;

@@ -63,9 +63,10 @@ struct Problem {
 };
 
 Problem make_problem(const Placed<Real>& placed, const Pair& pair) {
-  const auto& [colliders, hulls, pose] = placed;
+  const Colliders<Real>& colliders = placed.colliders;
+  const Hulls<Real>& hulls = placed.hulls;
   const auto vertices = [&](int hull) { return Vertices(&hulls.vertex[hulls.first_vertex[hull]], hulls.vertices(hull)); };
-  const Pose<Real>&a = pose[pair.a], &b = pose[pair.b];
+  const Pose<Real>&a = placed.pose[pair.a], &b = placed.pose[pair.b];
   return {
       vertices(colliders.hull[pair.a]), vertices(colliders.hull[pair.b]),
       make_cores(position(colliders.size[pair.a]), position(colliders.size[pair.b]), a.position, b.position, a.orientation, b.orientation)};
