@@ -248,18 +248,18 @@ Case collide_case(const std::string& path, KernelBins kernel, Collide<float>* se
                              {n, "pairs", n * (2 * bytes_of_pose + bytes_of_manifold), n * flops});
 }
 
-// From the simplices of the step before.
+// From the simplices of the step before, or from nothing.
 struct Convexes {
   std::vector<Simplex> simplex;
   Array<Closest<float>> closest;
   Array<Manifold<float>> manifolds;
 };
 
-Case convexes_case(const std::string& path, bool distance_alone) {
+Case convexes_case(const std::string& path, bool distance_alone, bool warm) {
   const Shared in = inputs(path);
   const auto pairs = std::make_shared<const Pairs>(pairs_for(*in, for_convexes));
   Convexes start{std::vector<Simplex>(pairs->size(), Simplex{}), {}, {}};
-  for (std::size_t k = 0; k < pairs->size(); ++k) {
+  for (std::size_t k = 0; warm && k < pairs->size(); ++k) {
     const Pairs& known = in->last.narrow_phase.pairs;
     const auto at = std::ranges::lower_bound(known, (*pairs)[k]);
     if (at != known.end() && *at == (*pairs)[k]) start.simplex[k] = in->last.narrow_phase.simplex[at - known.begin()];
@@ -562,10 +562,11 @@ std::vector<Kernel> rigid_kernels() {
   add_collide("rigid/planes", for_planes, serial::planes, openmp::planes, 150, all, {"box_pit_4000"});
   add_collide("rigid/box_box", for_box_box, serial::box_box, openmp::box_box, 600, {"four_bodies", "degenerate", "soup_10", "castle"},
               of_boxes);
-  add("rigid/gjk", "", {"degenerate", "soup_10", "mesh_and_hulls"}, more, of_hulls,
-      [](const std::string& path) { return convexes_case(path, true); });
+  for (const bool warm : {true, false})
+    add("rigid/gjk", warm ? "warm" : "cold", {"degenerate", "soup_10", "mesh_and_hulls"}, more, of_hulls,
+        [warm](const std::string& path) { return convexes_case(path, true, warm); });
   add("rigid/convexes", "", {"degenerate", "soup_10", "mesh_and_hulls"}, more, of_hulls,
-      [](const std::string& path) { return convexes_case(path, false); });
+      [](const std::string& path) { return convexes_case(path, false, true); });
   add("rigid/narrow_phase", "", all, more, settled, narrow_phase_case);
   add("rigid/match_contacts", "", all, more, settled, match_case);
   add("rigid/batches", "", all, more, settled, batches_case);
