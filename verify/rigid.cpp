@@ -513,8 +513,8 @@ std::vector<Kernel> rigid_kernels() {
     kernels.push_back({name, form, false, scenes(some), scenes(more), scenes(bench), takes, make});
   };
   const Scenes all = {"four_bodies", "degenerate", "soup_10", "mesh_and_hulls", "rounds_20000", "castle"};
-  const Scenes more = {"soup_1", "soup_50", "box_pit_4000", "hull_pit_2000", "pyramid_24", "wall", "castle_hit", "dominoes_1000"};
-  const Scenes many = {"castle", "boxes_100k"}, of_boxes = {"box_pit_4000", "pyramid_24"}, of_hulls = {"hull_pit_2000"};
+  const Scenes more = {"soup_1", "soup_50", "hull_soup", "box_pit_4000", "hull_pit_2000", "pyramid_24", "wall", "castle_hit", "dominoes_1000"};
+  const Scenes many = {"castle", "boxes_100k"}, of_boxes = {"box_pit_4000", "pyramid_24"}, of_hulls = {"hull_pit_2000", "hull_soup"};
   const Scenes settled = {"pyramid_24", "box_pit_4000", "hull_pit_2000"};
 
   add("rigid/place_colliders", "", all, more, many, place_case);
