@@ -65,7 +65,7 @@ sanitize:  ## the tests under the address and undefined-behaviour sanitizers
 	$(MAKE) test BUILD=build/sanitize-$(ISA) FLAGS='-std=c++20 -O1 -g1 $(isa_$(ISA)) -ffp-contract=off -fno-math-errno -fopenmp -fsanitize=address,undefined -fno-sanitize-recover=undefined'
 
 determinism: build/lockstep  ## the same bits at 1, 2, 3, 4 and 8 threads, three times over (SCENE=, and with it KERNEL=)
-	for repeat in 1 2 3; do for scene in $(or $(SCENE),dam_break_5k flag_33 torus_128); do \
+	for repeat in 1 2 3; do for scene in $(or $(SCENE),dam_break_5k flag_33 torus_128 mesh_and_hulls); do \
 	  build/lockstep verify --threads 1,2,3,4,8 $(if $(KERNEL),--kernel $(KERNEL)) --scene $$scene || exit 1; done; done
 
 clean:  ## remove what was built

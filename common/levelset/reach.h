@@ -56,7 +56,13 @@ Reach make_reach(const Distances<Real>& distances, Real band, const ForEach& for
   std::vector<std::uint64_t> bits(static_cast<std::size_t>(lines) * words, 0), spread(bits.size());
   // Interface points are in the order of the field, so those of a plane stand together.
   for_each(d.nz, [&](int plane) {
-    for (const auto& [x, y, z] : std::ranges::equal_range(distances.interface, plane, {}, &Point::z)) {
+    const auto first_of = [&](int z) {
+      const auto before = [](const Point& p, int z) { return p.z < z; };
+      return std::lower_bound(distances.interface.begin(), distances.interface.end(), z, before);
+    };
+    const auto end_of_plane = first_of(plane + 1);
+    for (auto point = first_of(plane); point != end_of_plane; ++point) {
+      const auto [x, y, z] = *point;
       std::uint64_t* const line = &bits[static_cast<std::size_t>(z * d.ny + y) * words];
       for (int i = std::max(x - steps, 0), end = std::min(x + steps + 1, d.nx); i < end;) {
         const int next = std::min((i / 64 + 1) * 64, end);

@@ -226,7 +226,8 @@ Vector3<Real> middle_of_edges(const Vector3<Real>& start_a, const Vector3<Real>&
 
 // The axis that separates most, of cores that overlap or touch.
 Axis deepest_axis(const Problem& problem) {
-  const auto& [cores, a, b, slack, touching, on_a, on_b, between] = problem;
+  const auto& [cores, a, b, its_slack, touching, on_a, on_b, between] = problem;
+  const Real slack = its_slack;  // not the binding itself, which clang 14 lets no lambda capture
   Axis best = {{0, 0, 0}, -infinity, {0, 0, 0}};
 
   // Faces. b's must be better by more than rounding, so that of two alike a's is taken, step after step.
@@ -467,7 +468,7 @@ Manifold<Real> manifold_of(const Problem& problem, const Pair& pair, const Conta
   Real deepest = infinity;
   for (int k = 0; k < candidates.count; ++k) {
     deepest = select(candidates.valid[k], min(candidates.separation[k], deepest), deepest);
-    candidates.valid[k] = candidates.valid[k] & (candidates.separation[k] - radii <= margin);
+    candidates.valid[k] = candidates.valid[k] && candidates.separation[k] - radii <= margin;
   }
   candidates.add((axis.separation - radii <= margin) & (deepest > axis.separation + 4 * slack), axis.middle, axis.separation,
                  slot_of_closest);
