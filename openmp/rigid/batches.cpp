@@ -1,8 +1,7 @@
 // Contacts put into batches without conflicts.
 //
 // Which batch a contact joins depends on every earlier one at its bodies, and so on: a chain through the whole pile. Only reading the
-// contacts is shared out; choosing takes about 10 ns a contact, one twentieth of what ten sweeps take of it on one thread
-// (notes/batches.md).
+// contacts is shared out (notes/batches.md: what choosing costs, and why it is not).
 //
 // Source: [LRB08] Figure 13. The contract stands in common/rigid/batches.h, the rule in common/batches.cpp.
 #include "common/rigid/batches.h"

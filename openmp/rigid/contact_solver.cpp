@@ -22,40 +22,31 @@
 #include "common/real.h"
 #include "common/rigid/contact_row.h"
 #include "common/simd.h"
+#include "openmp/rigid/lanes.h"
 
 namespace lockstep::rigid::openmp {
 namespace {
 
 // Sixteen contacts of one batch, or what is left of it.
 struct Contacts {
-  std::int32_t index[lanes], a[lanes], b[lanes];  // manifold and bodies; some of the batch in lanes without a contact
+  Indices index, a, b;  // manifold and bodies; some of the batch in lanes without a contact
   std::uint16_t has_point[most_points], a_moves, b_moves;
   ContactConstraint<floatv> constraint;
 };
 
-struct Placing {
-  Vector3<floatv> position;
-  Quaternion<floatv> orientation;
-};
-
-Placing load_poses(const Array<Pose<Real>>& pose, const std::int32_t* index) {
-  const Records r = load_records(&pose.data()->position.x, index);
-  return {{r.field[0], r.field[1], r.field[2]}, {r.field[3], r.field[4], r.field[5], r.field[6]}};
-}
-
-LOCKSTEP_INLINE Velocity<floatv> load_velocities(const Array<Motion<Real>>& motion, const std::int32_t* index) {
-  const Records r = load_records(&motion.data()->velocity.x, index);
+LOCKSTEP_INLINE Velocity<floatv> load_velocities(const Array<Motion<Real>>& motion, const Indices& indices) {
+  const Records r = load_records(&motion.data()->velocity.x, indices.index);
   return {{r.field[0], r.field[1], r.field[2]}, {r.field[3], r.field[4], r.field[5]}};
 }
 
-LOCKSTEP_INLINE void write(const Velocity<floatv>& v, const std::int32_t* index, maskv moves, Array<Motion<Real>>& motion) {
-  store_records(&motion.data()->velocity.x, index, {v.linear.x, v.linear.y, v.linear.z, v.angular.x, v.angular.y, v.angular.z, 0.f, 0.f},
-                moves);
+LOCKSTEP_INLINE void write(const Velocity<floatv>& v, const Indices& indices, maskv moves, Array<Motion<Real>>& motion) {
+  store_records(&motion.data()->velocity.x, indices.index,
+                {v.linear.x, v.linear.y, v.linear.z, v.angular.x, v.angular.y, v.angular.z, 0.f, 0.f}, moves);
 }
 
-Movability<floatv> movability_of(const Bodies<Real>& bodies, const std::int32_t* index, const Quaternion<floatv>& orientation) {
-  const Quads inverse = load_quads(&bodies.inverse_mass.data()->x, index);
-  return {inverse.field[3], turned(matrix_of(orientation), inverse.field[0], inverse.field[1], inverse.field[2])};
+Movability<floatv> movability_of(const Bodies<Real>& bodies, const Indices& indices, const Quaternion<floatv>& orientation) {
+  const Quad<floatv> inverse = load_quads(bodies.inverse_mass, indices);
+  return {inverse.w, turned(matrix_of(orientation), inverse.x, inverse.y, inverse.z)};
 }
 
 // Up to sixteen contacts of a batch, from `order` on.
@@ -66,29 +57,29 @@ void make_contacts(std::span<const Manifold<Real>> manifolds, std::span<const st
   std::uint32_t a_moves = 0, b_moves = 0;
   for (int l = 0; l < lanes; ++l) {
     const bool there = l < static_cast<int>(order.size());
-    const Manifold<Real>& m = manifolds[contacts.index[l] = order[there ? l : 0]];
-    contacts.a[l] = body[m.a], contacts.b[l] = body[m.b];
+    const Manifold<Real>& m = manifolds[contacts.index.index[l] = order[there ? l : 0]];
+    contacts.a.index[l] = body[m.a], contacts.b.index[l] = body[m.b];
     count[l] = there ? m.count : 0;
-    a_moves |= std::uint32_t(there && bodies.inverse_mass[contacts.a[l]].w > 0) << l;
-    b_moves |= std::uint32_t(there && bodies.inverse_mass[contacts.b[l]].w > 0) << l;
+    a_moves |= std::uint32_t(there && bodies.inverse_mass[contacts.a.index[l]].w > 0) << l;
+    b_moves |= std::uint32_t(there && bodies.inverse_mass[contacts.b.index[l]].w > 0) << l;
   }
   contacts.a_moves = static_cast<std::uint16_t>(a_moves), contacts.b_moves = static_cast<std::uint16_t>(b_moves);
 
   constexpr int records_each = sizeof(Manifold<Real>) / (8 * sizeof(Real)),
                 impulse_records_each = sizeof(Impulses<Real>) / (8 * sizeof(Real));
   const auto records_of = [&](const auto* base, int each, int which) {
-    for (int l = 0; l < lanes; ++l) records[l] = each * contacts.index[l] + which;
+    for (int l = 0; l < lanes; ++l) records[l] = each * contacts.index.index[l] + which;
     return load_records(reinterpret_cast<const Real*>(base), records);
   };
   const auto manifold_records = [&](int which) { return records_of(manifolds.data(), records_each, which); };
 
-  const Placing pose_a = load_poses(bodies.pose, contacts.a), pose_b = load_poses(bodies.pose, contacts.b);
+  const PoseLanes pose_a = load_poses(bodies.pose, contacts.a), pose_b = load_poses(bodies.pose, contacts.b);
   const Velocity<floatv> a = load_velocities(bodies.motion, contacts.a), b = load_velocities(bodies.motion, contacts.b);
   ContactConstraint<floatv>& c = contacts.constraint;
   const Records head = manifold_records(0);
   c.normal = {head.field[0], head.field[1], head.field[2]};
   make_tangents(c.normal, c.tangent, c.bitangent);
-  const auto of_body = [&](const Array<Real>& value, const std::int32_t* index) { return gather(value.data(), load(index)); };
+  const auto of_body = [&](const Array<Real>& value, const Indices& indices) { return gather(value.data(), load(indices.index)); };
   c.friction = sqrt(of_body(bodies.friction, contacts.a) * of_body(bodies.friction, contacts.b));
   c.a = movability_of(bodies, contacts.a, pose_a.orientation), c.b = movability_of(bodies, contacts.b, pose_b.orientation);
   const floatv restitution = max(of_body(bodies.restitution, contacts.a), of_body(bodies.restitution, contacts.b));
@@ -218,7 +209,7 @@ void keep_impulses(const Contacts& contacts, std::span<Impulses<Real>> impulses)
   for (int k = 0; k < most_points; ++k)
     for (std::uint32_t set = contacts.has_point[k]; set != 0; set &= set - 1) {
       const int l = std::countr_zero(set);
-      Impulses<Real>& to = impulses[contacts.index[l]];
+      Impulses<Real>& to = impulses[contacts.index.index[l]];
       const auto lane = [&](const floatv& v) { return reinterpret_cast<const Real*>(&v)[l]; };
       to.normal[k] = lane(row[k]), to.tangent[k] = lane(row[most_points + k]), to.bitangent[k] = lane(row[2 * most_points + k]);
     }
