@@ -366,13 +366,13 @@ Case solver_case(const std::string& path, bool reordered) {
   return run;
 }
 
-Case batches_case(const std::string& path) {
+Case batches_case(const std::string& path, ReorderContacts<float>* openmp) {
   const Shared in = inputs(path);
   const auto with = [in](ReorderContacts<float>* reorder) {
     return [in, reorder](Batches& batches) { batches = reorder(in->now.manifolds, in->body(), in->world.bodies); };
   };
   const double n = static_cast<double>(in->now.manifolds.size());
-  return bitwise_case<Batches>({}, with(serial::reorder_contacts), with(openmp::reorder_contacts),
+  return bitwise_case<Batches>({}, with(serial::reorder_contacts), with(openmp),
                                [](const Batches& batches) {
                                  Words words{{}, record_name("entry", 1)};
                                  for (const std::int32_t k : batches.order) words.add(k);

@@ -1,16 +1,27 @@
 // Contacts put into batches without conflicts.
 //
-// Which batch a contact joins depends on every earlier one at its bodies, and so on: a chain through the whole pile. Only reading the
-// contacts is shared out (notes/batches.md: what choosing costs, and why it is not).
+// Which batch a contact joins depends on every earlier one at its bodies, and so on: a chain through the whole pile. One form shares out
+// the reading of contacts alone, the other one the choice of batches, too (openmp/batches.h). Piles are numbered layer by layer, upwards,
+// and chains climb with the numbers; it is shared out across x. What it costs, and from where on it pays: notes/batches.md.
 //
 // Source: [LRB08] Figure 13. The contract stands in common/rigid/batches.h, the rule in common/batches.cpp.
 #include "common/rigid/batches.h"
 
+#include <utility>
+
 #include "common/real.h"
+#include "openmp/batches.h"
+#include "openmp/rigid/radix_sort.h"
 
 namespace lockstep::rigid::openmp {
+namespace {
 
-Batches reorder_contacts(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body, const Bodies<Real>& bodies) {
+struct Constraints {
+  std::vector<std::int32_t> a, b;  // bodies
+  std::vector<char> movable;       // [body]
+};
+
+Constraints constraints_of(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body, const Bodies<Real>& bodies) {
   const int contacts = static_cast<int>(manifolds.size());
   std::vector<std::int32_t> a(contacts), b(contacts);
   // Every contact is one thread's.
@@ -21,7 +32,20 @@ Batches reorder_contacts(std::span<const Manifold<Real>> manifolds, std::span<co
   }
   std::vector<char> movable(bodies.count);
   for (int i = 0; i < bodies.count; ++i) movable[i] = bodies.inverse_mass[i].w > 0;
+  return {std::move(a), std::move(b), std::move(movable)};
+}
+
+}  // namespace
+
+Batches reorder_contacts(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body, const Bodies<Real>& bodies) {
+  const auto [a, b, movable] = constraints_of(manifolds, body, bodies);
   return make_batches(a, b, movable);
+}
+
+Batches reorder_contacts_parallel(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
+                                  const Bodies<Real>& bodies) {
+  const auto [a, b, movable] = constraints_of(manifolds, body, bodies);
+  return lockstep::openmp::make_batches_in_parallel(a, b, movable, [&](int i) { return key_of(bodies.pose[i].position.x); });
 }
 
 }  // namespace lockstep::rigid::openmp

@@ -6,11 +6,19 @@
 // Source: [LRB08] Figure 13. The contract stands in common/rigid/batches.h, the rule in common/batches.cpp.
 #include "common/rigid/batches.h"
 
+#include <utility>
+
 #include "common/real.h"
 
 namespace lockstep::rigid::serial {
+namespace {
 
-Batches reorder_contacts(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body, const Bodies<Real>& bodies) {
+struct Constraints {
+  std::vector<std::int32_t> a, b;  // bodies
+  std::vector<char> movable;       // [body]
+};
+
+Constraints constraints_of(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body, const Bodies<Real>& bodies) {
   const int contacts = static_cast<int>(manifolds.size());
   std::vector<std::int32_t> a(contacts), b(contacts);
   for (int k = 0; k < contacts; ++k) {
@@ -19,6 +27,13 @@ Batches reorder_contacts(std::span<const Manifold<Real>> manifolds, std::span<co
   }
   std::vector<char> movable(bodies.count);
   for (int i = 0; i < bodies.count; ++i) movable[i] = bodies.inverse_mass[i].w > 0;
+  return {std::move(a), std::move(b), std::move(movable)};
+}
+
+}  // namespace
+
+Batches reorder_contacts(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body, const Bodies<Real>& bodies) {
+  const auto [a, b, movable] = constraints_of(manifolds, body, bodies);
   return make_batches(a, b, movable);
 }
 
