@@ -92,6 +92,66 @@ TEST(RigidStep, WallOneBrickThickStands) {
   EXPECT_LT(run.deepest(), .005);
 }
 
+// Ten thousand bricks, each on two to four others: what touches, and what the solver gets. Those that touch are counted at rest, as in the
+// first steps some bounce.
+TEST(RigidStep, CastleStandsOnAHundredThousandPoints) {
+  SceneRun run("castle");
+  std::size_t peak = 0;
+  for (int i = 0; i < 60; ++i) {
+    run.steps(1);
+    peak = std::max<std::size_t>(peak, run.points());
+  }
+  int pairs = 0, points = 0;
+  for (const Manifold<float>& m : run.memory.manifolds) {
+    const auto touches = std::count_if(m.point, m.point + m.count, [](const auto& point) { return point.separation <= 0; });
+    pairs += touches > 0, points += static_cast<int>(touches);
+  }
+  std::printf("  castle: %zu points at the most; %d pairs touch, in %d points; deepest %.2f mm\n", peak, pairs, points,
+              1e3 * run.deepest());
+  EXPECT_GT(peak, 119'000u);
+  EXPECT_GT(points, 100'000);
+  EXPECT_EQ(pairs, 25'824);
+  EXPECT_LT(run.deepest(), .005);
+  for (int body = 1; body < run.world.bodies.count; ++body) EXPECT_LT(run.gone(body), .06) << body;
+}
+
+// A body of 2 kg, 3 m up, with inertia about its axes as a box has, turned by a quarter about z: m v^2 / 2 + w I w / 2 + m g h.
+TEST(RigidStep, EnergyIsWhatItIs) {
+  World<double> world = make_world();
+  begin_body(world, no_offset);
+  add_plane(world);
+  finish_body(world, immovable);
+  const double half_turn = std::sqrt(.5);
+  Motion<double> motion{};
+  motion.velocity = {1, -2, 2};
+  motion.angular_velocity = {0, 4, 0};  // about the body's own x
+  begin_body(world, {{7, 3, -5}, {0, 0, half_turn, half_turn}, 0}, motion);
+  add_box(world, {.5, 1, 1.5});
+  finish_body(world, of_mass(2));
+  const double inertia = 2. / 3 * (1 * 1 + 1.5 * 1.5), expected = .5 * 2 * 9 + .5 * inertia * 16 + 2 * 9.81 * 3;
+  // Of the float state alone, whose numbers are off by a rounding each, in products of three.
+  EXPECT_NEAR(verify::energy(convert<float>(world).bodies, {0, -9.81, 0}), expected, 8 * 0x1p-24 * expected);
+}
+
+// A falling ball, an ulp higher or lower: its energy is off by the weight times an ulp of its height, and not by ulps to the side. Where
+// bodies meet, what an ulp does grows, and is never forgotten again.
+TEST(RigidStep, EnergyForgottenIsWhatUlpsDo) {
+  Scene scene = load_scene("scenes/rigid/billiard.toml");
+  const verify::RigidRun rack = verify::run_rigid(scene, serial::step_batches, 60);
+  const std::vector<double> forgotten = verify::energy_forgotten(scene, serial::step_batches, rack);
+  ASSERT_EQ(forgotten.size(), rack.frames.size());
+  EXPECT_TRUE(std::ranges::is_sorted(forgotten));
+  EXPECT_GT(forgotten.back(), forgotten.front());
+
+  World<double> world = make_world();
+  begin_body(world, {{0, 3, 0}, no_rotation, 0});
+  add_sphere(world, .5);
+  finish_body(world, of_mass(2));
+  scene.world = convert<float>(world);
+  const verify::RigidRun fall = verify::run_rigid(scene, serial::step_batches, 1);
+  EXPECT_NEAR(verify::energy_forgotten(scene, serial::step_batches, fall)[0], 2 * 9.81 * 0x1p-22, 1e-12);
+}
+
 // A cube slides down a slope of 20 degrees at g (sin - mu cos) if mu < tan, else it stays. The first steps are left out: a contact's normal
 // impulse, and with it friction, takes some substeps to build up, as it starts soft and from nothing.
 TEST(RigidStep, SlopeHoldsBelowTheFrictionAngleAlone) {

@@ -41,7 +41,7 @@ void advance_bodies(std::span<const Motion<Real>> moving, Real dt, Bodies<Real>&
     const Vector3<floatv> turning = momentum_of_velocity(orientation, inverse, turning_by);
     const Quaternion<floatv> middle = turned_by(floatv(Real(.5) * dt) * turning_by, orientation);
     const Quaternion<floatv> turned = turned_by(floatv(dt) * velocity_of_momentum(middle, inverse, turning), orientation);
-    const Vector3<floatv> angular_velocity = velocity_of_momentum(turned, inverse, kept);
+    const Vector3<floatv> angular_velocity = velocity_keeping_momentum(turned, inverse, kept);
 
     pose.field[3] = turned.x, pose.field[4] = turned.y, pose.field[5] = turned.z, pose.field[6] = turned.w;
     motion.field[3] = angular_velocity.x, motion.field[4] = angular_velocity.y, motion.field[5] = angular_velocity.z;

@@ -25,7 +25,7 @@ void advance_bodies(std::span<const Motion<Real>> moving, Real dt, Bodies<Real>&
     const Vector3<Real> turning = momentum_of_velocity(pose.orientation, inverse, moving[i].angular_velocity);
     const Quaternion<Real> middle = turned_by(Real(.5) * dt * moving[i].angular_velocity, pose.orientation);
     pose.orientation = turned_by(dt * velocity_of_momentum(middle, inverse, turning), pose.orientation);
-    angular_velocity = velocity_of_momentum(pose.orientation, inverse, kept);
+    angular_velocity = velocity_keeping_momentum(pose.orientation, inverse, kept);
   }
 }
 
