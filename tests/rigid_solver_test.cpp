@@ -1114,8 +1114,9 @@ void expect_momentum_kept(double unit_roundoff) {
     EXPECT_TRUE(local.y == 2 || local.y == 1 || highest - lowest < .1);
   }
   // A step turns L into w and back, 4 products with R or its transpose of 3 terms, whose entries are off by 4 roundings and by |q|^2 - 1, 6
-  // more: 4 (3 + 10) = 52 roundings, of w times the largest inertia, which is as much as `most / least` |L|.
-  EXPECT_LE(worst_momentum, steps * 52 * unit_roundoff * most / least);
+  // more: 4 (3 + 10) = 52 roundings, of w times the largest inertia, which is as much as `most / least` |L|. They may go any way, and then
+  // are no more than their number's square root together; if each step rounded the same way, this would show it.
+  EXPECT_LE(worst_momentum, std::sqrt(steps) * 52 * unit_roundoff * most / least);
   ::testing::Test::RecordProperty("momentum", std::to_string(worst_momentum / unit_roundoff) + " roundings");
   ::testing::Test::RecordProperty("energy", std::to_string(worst_energy));
 }

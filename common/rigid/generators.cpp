@@ -159,7 +159,7 @@ constexpr double cell = .51, course_height = .5;
 
 // Corner of the ground plan, in cells.
 struct Cell {
-  int x, z;
+  double x, z;
 };
 
 // Lays bricks on a ground plan of `side` cells square, its middle at the kit's position. Where `across`, x and z change places.
@@ -168,36 +168,52 @@ struct Mason {
   const Kit& kit;
   int side;
 
-  void lay(Cell at, int course, int length, bool across) {
-    const double middle = .5 * side, x = cell * (at.x + (across ? .5 : .5 * length) - middle),
-                 z = cell * (at.z + (across ? .5 * length : .5) - middle);
-    const double half = .25 * length;
-    add_body(world, kit, across ? box_of(.25, .25, half) : box_of(half, .25, .25), {x, course_height * (course + .5), z}, no_rotation,
-             .5 * length);
+  // A brick, or a part of one: `length` cells along x and `width` along z, from a corner on.
+  void lay(Cell at, double length, double width, int course, bool across) {
+    if (across) std::swap(length, width);
+    const double x = cell * (at.x + .5 * length - .5 * side), z = cell * (at.z + .5 * width - .5 * side);
+    add_body(world, kit, box_of(.25 * length, .5 * course_height, .25 * width), {x, course_height * (course + .5), z}, no_rotation,
+             .5 * length * width);
   }
   // The four sides of a square, of `bricks` a side, each from one corner to just before the next. Every other course goes the other way
   // round.
   void ring(Cell corner, int bricks, int course, int step) {
-    const int last = 2 * bricks;
+    sides(corner, 2 * bricks, 1, course, [&](Cell from, bool across, bool) { row(from, bricks, course, across, step); });
+  }
+  // A straight row, one brick thick, of every step-th brick.
+  void row(Cell from, int bricks, int course, bool across, int step) {
+    for (int k = 0; k < bricks; k += step) lay(moved(from, 2 * k, 0, across), 2, 1, course, across);
+  }
+  // One course of a straight wall two cells thick, in English bond: along the wall in even courses; in odd ones across it, half a cell on,
+  // so that one in two lies on four bricks, and a half of a brick, cut along, at either end.
+  void bond(Cell from, int bricks, int course, bool across) {
+    if (course % 2 == 0) {
+      for (const int inner : {0, 1}) row(moved(from, 0, inner, across), bricks, course, across, 1);
+      return;
+    }
+    lay(from, .5, 2, course, across);
+    for (int k = 0; k < 2 * bricks - 1; ++k) lay(moved(from, k + .5, 0, across), 1, 2, course, across);
+    lay(moved(from, 2 * bricks - .5, 0, across), .5, 2, course, across);
+  }
+  // Calls side(from, across, far) for the sides of a square, each `length` cells long and `thick` wide, from one corner to where the next
+  // one begins.
+  template <class Side>
+  void sides(Cell corner, int length, int thick, int course, Side side) {
     for (const bool across : {false, true}) {
-      const int near = across == (course % 2 == 1) ? 0 : 1;  // where the side at 0 begins, and the one at `last` does not
-      for (int k = 0; k < bricks; k += step) {
-        const Cell a{2 * k + near, 0}, b{2 * k + 1 - near, last};
-        for (const Cell& c : {a, b})
-          lay(across ? Cell{corner.x + c.z, corner.z + c.x} : Cell{corner.x + c.x, corner.z + c.z}, course, 2, across);
-      }
+      const int near = across == (course % 2 == 1) ? 0 : thick;  // where the side at 0 begins, and the far one does not
+      side(moved(corner, near, 0, across), across, false);
+      side(moved(corner, thick - near, length, across), across, true);
     }
   }
-  // A straight row, shifted by half a brick where its beginning and its end are half bricks.
-  void row(Cell from, int bricks, int course, bool across, bool shifted) {
-    const auto at = [&](int along) { return across ? Cell{from.x, from.z + along} : Cell{from.x + along, from.z}; };
-    if (shifted) lay(at(0), course, 1, across);
-    for (int k = 0; k < bricks - shifted; ++k) lay(at(2 * k + shifted), course, 2, across);
-    if (shifted) lay(at(2 * bricks - 1), course, 1, across);
+  static Cell moved(Cell from, double along, double in, bool across) {
+    return across ? Cell{from.x + in, from.z + along} : Cell{from.x + along, from.z + in};
   }
 };
 
-constexpr int tower_bricks = 8, tower_courses = 6, keep_bricks = 14, keep_courses = 12;  // courses: more than the walls
+constexpr int tower_bricks = 8, tower_courses = 5, keep_bricks = 7, keep_courses = 14;  // courses: more than the walls
+
+// Of a straight wall of that many courses in English bond, with every other brick of one more course on top, along one side.
+double wall_bodies(double courses, double bricks) { return courses * 2 * bricks + std::floor(courses / 2) + std::ceil(bricks / 2); }
 
 }  // namespace
 
@@ -224,33 +240,33 @@ void add_wall(World<double>& world, const Kit& kit, int courses, int bricks) {
 }
 
 double castle_bodies(double courses, double bricks) {
-  const double walls = 4 * (courses * (2 * bricks + 1) + std::ceil(bricks / 2));
   const double towers = 4 * (4 * tower_bricks * (courses + tower_courses) + 2 * tower_bricks);
-  return walls + towers + 4 * keep_bricks * (courses + keep_courses) + 2 * keep_bricks;
+  return 4 * wall_bodies(courses, bricks) + towers + 4 * wall_bodies(courses + keep_courses, keep_bricks);
 }
 
 void add_castle(World<double>& world, const Kit& kit, int courses, int bricks) {
-  const int tower = 2 * tower_bricks + 1, keep = 2 * keep_bricks + 1, side = 2 * bricks + 2 * tower;  // cells
+  const int tower = 2 * tower_bricks + 1, keep = 2 * keep_bricks + 2, side = 2 * bricks + 2 * tower;  // cells
   Mason mason{world, kit, side};
-  const auto square = [&](Cell corner, int bricks, int courses) {
-    for (int course = 0; course < courses; ++course) mason.ring(corner, bricks, course, 1);
-    mason.ring(corner, bricks, courses, 2);
-  };
-  for (const int x : {0, side - tower})
-    for (const int z : {0, side - tower}) square({x, z}, tower_bricks, courses + tower_courses);
-  square({(side - keep) / 2, (side - keep) / 2}, keep_bricks, courses + keep_courses);
+  for (const double x : {0, side - tower})
+    for (const double z : {0, side - tower}) {
+      for (int course = 0; course < courses + tower_courses; ++course) mason.ring({x, z}, tower_bricks, course, 1);
+      mason.ring({x, z}, tower_bricks, courses + tower_courses, 2);
+    }
 
-  const int out = tower / 2 - 1;  // how far in from the edge of the plan a wall's outer row is; the inner row is one farther in
+  const Cell corner = {.5 * (side - keep), .5 * (side - keep)};
+  const int top = courses + keep_courses;
+  for (int course = 0; course < top; ++course)
+    mason.sides(corner, 2 * keep_bricks, 2, course, [&](Cell from, bool across, bool) { mason.bond(from, keep_bricks, course, across); });
+  mason.sides(corner, 2 * keep_bricks, 2, top, [&](Cell from, bool across, bool far) {
+    mason.row(Mason::moved(from, 0, far ? 1 : 0, across), keep_bricks, top, across, 2);
+  });
+
+  const int out = tower / 2 - 1;  // how far in from the edge of the plan a wall is
   for (const bool across : {false, true})
     for (const bool far : {false, true}) {
-      const auto row_at = [&](int in) { return far ? side - 1 - in : in; };
-      const auto from = [&](int in) { return across ? Cell{row_at(in), tower} : Cell{tower, row_at(in)}; };
-      for (int course = 0; course < courses; ++course)
-        for (const int inner : {0, 1}) mason.row(from(out + inner), bricks, course, across, (course + inner) % 2 == 1);
-      for (int k = 0; k < bricks; k += 2) {
-        const Cell c = from(out);
-        mason.lay(across ? Cell{c.x, c.z + 2 * k} : Cell{c.x + 2 * k, c.z}, courses, 2, across);
-      }
+      const Cell from = Mason::moved({0, 0}, tower, far ? side - out - 2 : out, across);
+      for (int course = 0; course < courses; ++course) mason.bond(from, bricks, course, across);
+      mason.row(Mason::moved(from, 0, far ? 1 : 0, across), bricks, courses, across, 2);
     }
 }
 

@@ -28,9 +28,9 @@ void add_stack(World<double>& world, const Kit& kit, int count, const Vector3<do
 // A wall along x, one brick thick: half sizes .5 .25 .25 m, 1.02 m apart, every other course shifted by half of that.
 void add_wall(World<double>& world, const Kit& kit, int courses, int bricks);
 
-// Bricks as above, laid in running bond: four walls, two bricks thick and `bricks` long, between four square towers of eight bricks a side
-// that are six courses higher, around a keep of fourteen bricks a side, twelve courses higher; every other brick of one more course on
-// top. 10,000 bricks where bricks = 42 and courses = 16, on a square of 60 m.
+// Bricks as above. Four walls, two bricks thick in English bond and `bricks` long, between four square towers, one brick thick, of eight
+// bricks a side, that are five courses higher, around a keep as thick as the walls, 8 m wide, fourteen courses higher; every other brick of
+// one more course on top. 10,000 bricks where bricks = 42 and courses = 16, on a square of 60 m.
 void add_castle(World<double>& world, const Kit& kit, int courses, int bricks);
 double castle_bodies(double courses, double bricks);
 
