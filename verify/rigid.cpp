@@ -456,17 +456,20 @@ Case convergence_case(const std::string& path) {
 }
 
 // A whole run from the scene's start. Steps have the serial bits, so the run cannot leave the serial one; what is asked besides is that
-// every number is finite and that momentum changes by what gravity and static bodies give, and no more than rounding allows.
+// every number is finite, that momentum changes by what gravity and static bodies give, and no more than rounding allows, and that the
+// energy is as near to the serial run's as the serial run is to itself after a change of one ulp.
 Case run_case(const std::string& path, Step<float>* serial, Step<float>* openmp) {
   struct State {
     Scene scene;
     int steps;
     RigidRun expected, found;
+    std::vector<double> energy_forgotten;  // J, [step]
   };
   constexpr double body_steps = 3e5;  // how long a run is: long enough for bodies to meet, short enough to wait for
-  auto s = std::make_shared<State>(State{load_scene(path), 0, {}, {}});
+  auto s = std::make_shared<State>(State{load_scene(path), 0, {}, {}, {}});
   s->steps = std::clamp(static_cast<int>(body_steps / s->scene.world.bodies.count), 5, 200);
   s->expected = run_rigid(s->scene, serial, s->steps);
+  s->energy_forgotten = energy_forgotten(s->scene, serial, s->expected);
   const double n = static_cast<double>(s->scene.world.bodies.count) * s->steps;
   return {
       .reset = [] {},
@@ -486,9 +489,12 @@ Case run_case(const std::string& path, Step<float>* serial, Step<float>* openmp)
               if (!std::ranges::all_of(frame.state, [](float x) { return std::isfinite(x); })) fail("a number is not finite");
               if (!std::ranges::equal(frame.state, s->expected.frames[f].state)) fail("another state than the serial run's");
               if (!(frame.momentum_error <= 1)) fail("momentum is off by more than rounding");
+              const double energies = std::abs(frame.energy - s->expected.frames[f].energy), forgotten = s->energy_forgotten[f];
+              if (!(energies <= forgotten)) fail("energy is farther from the serial run's than that is from itself");
               if (judgement.passed && frame.momentum_error >= judgement.error) {
-                char text[120];
-                std::snprintf(text, sizeof text, "momentum%s; deepest %.2g mm", at.c_str(), 1e3 * frame.deepest);
+                char text[160];
+                std::snprintf(text, sizeof text, "momentum%s; deepest %.2g mm; energy %.6g J, off by %.2g of %.2g", at.c_str(),
+                              1e3 * frame.deepest, frame.energy, energies, forgotten);
                 judgement.error = frame.momentum_error, judgement.worst_at = text;
               }
             }
@@ -513,7 +519,8 @@ std::vector<Kernel> rigid_kernels() {
     kernels.push_back({name, form, false, scenes(some), scenes(more), scenes(bench), takes, make});
   };
   const Scenes all = {"four_bodies", "degenerate", "soup_10", "mesh_and_hulls", "rounds_20000", "castle"};
-  const Scenes more = {"soup_1", "soup_50", "hull_soup", "box_pit_4000", "hull_pit_2000", "pyramid_24", "wall", "castle_hit", "dominoes_1000"};
+  const Scenes more = {"soup_1",     "soup_50", "hull_soup",  "box_pit_4000", "hull_pit_2000",
+                       "pyramid_24", "wall",    "castle_hit", "dominoes_1000"};
   const Scenes many = {"castle", "boxes_100k"}, of_boxes = {"box_pit_4000", "pyramid_24"}, of_hulls = {"hull_pit_2000", "hull_soup"};
   const Scenes settled = {"pyramid_24", "box_pit_4000", "hull_pit_2000"};
 
@@ -569,7 +576,9 @@ std::vector<Kernel> rigid_kernels() {
       [](const std::string& path) { return convexes_case(path, false, true); });
   add("rigid/narrow_phase", "", all, more, settled, narrow_phase_case);
   add("rigid/match_contacts", "", all, more, settled, match_case);
-  add("rigid/batches", "", all, more, settled, batches_case);
+  add("rigid/batches", "", all, more, settled, [](const std::string& path) { return batches_case(path, openmp::reorder_contacts); });
+  add("rigid/batches", "parallel", all, more, settled,
+      [](const std::string& path) { return batches_case(path, openmp::reorder_contacts_parallel); });
   add("rigid/contact_solver", "original", all, more, settled, [](const std::string& path) { return solver_case(path, false); });
   add("rigid/contact_solver", "batches", all, more, settled, [](const std::string& path) { return solver_case(path, true); });
   add("rigid/contact_solver", "batches_for_original", {"four_bodies", "castle"}, {"pyramid_24", "box_pit_4000", "hull_pit_2000"}, {},

@@ -92,6 +92,20 @@ double residual(const SolverSettings& settings, std::span<const Manifold<float>>
   return rows > 0 ? std::sqrt(sum / rows) : 0;
 }
 
+double energy(const Bodies<float>& bodies, const Vector3<double>& gravity) {
+  double sum = 0;
+  for (int i = 0; i < bodies.count; ++i) {
+    const Quad<float>& inverse = bodies.inverse_mass[i];
+    if (!(inverse.w > 0)) continue;
+    const auto& [position, q, unused] = bodies.pose[i];
+    const Vector3<double> v = wide(bodies.motion[i].velocity);
+    const Vector3<double> w = transposed_times(matrix_of(Quaternion<double>{q.x, q.y, q.z, q.w}), wide(bodies.motion[i].angular_velocity));
+    sum += (.5 * dot(v, v) - dot(gravity, wide(position))) / inverse.w;
+    sum += .5 * (w.x * w.x / inverse.x + w.y * w.y / inverse.y + w.z * w.z / inverse.z);
+  }
+  return sum;
+}
+
 // An impulse changes two velocities, each by a rounding of what is added (3 u) and of the sum (u). A body's velocity is written once a row
 // of its contacts, n times in all: momentum is off by n u (m |v| + 3 impulses) at the most. An impulse of the step is at most what a
 // substep's is, times substeps.
@@ -124,9 +138,31 @@ RigidRun run_rigid(const Scene& scene, Step<float>* step, int steps) {
     const Vector3<double> off = after.sum - before.sum - gained;
     const double writes = solver.substeps * (*std::ranges::max_element(rows_of) * (1. + solver.pushing + solver.resting) + 6);
     const double allowed = writes * unit_roundoff * (before.magnitude + after.magnitude + std::sqrt(dot(gained, gained)) + 3 * impulses);
-    run.frames.push_back({state_of(world.bodies), deepest, free && allowed > 0 ? std::sqrt(dot(off, off)) / allowed : 0});
+    run.frames.push_back({state_of(world.bodies), deepest, energy(world.bodies, solver.gravity),
+                          free && allowed > 0 ? std::sqrt(dot(off, off)) / allowed : 0});
   }
   return run;
+}
+
+std::vector<double> energy_forgotten(const Scene& scene, Step<float>* step, const RigidRun& run) {
+  const StepSettings settings = settings_of(scene);
+  std::vector<double> forgotten(run.frames.size(), 0);
+  for (const auto axis : {&Vector3<float>::x, &Vector3<float>::y, &Vector3<float>::z}) {
+    World<float> world = scene.world;
+    for (int i = 0; i < world.bodies.count; ++i) {
+      if (!(world.bodies.inverse_mass[i].w > 0)) continue;
+      float& x = world.bodies.pose[i].position.*axis;
+      x = std::nextafter(x, i % 2 ? 1e30f : -1e30f);
+    }
+    StepMemory<float> memory;
+    double farthest = 0;
+    for (std::size_t f = 0; f < run.frames.size(); ++f) {
+      step(settings, world, memory);
+      farthest = std::max(farthest, std::abs(energy(world.bodies, settings.solver.gravity) - run.frames[f].energy));
+      forgotten[f] += farthest;
+    }
+  }
+  return forgotten;
 }
 
 }  // namespace lockstep::verify
