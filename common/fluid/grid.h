@@ -70,16 +70,22 @@ Runs neighbour_runs(const Grid<Real>& grid, int x, int y, int z) {
   return runs;
 }
 
-// Half of them, so that every pair of particles is met once: the cell itself and what follows it in cell order. A particle i
-// of the cell meets those of the first run that come after it, and all of the others.
+// Half of them, so that every pair of particles is met once: the cells (x_first .. x_last, y, z) and what follows them in cell order.
+// A particle i of these cells meets those of the first run that come after it, and all of the others.
+template <class Real>
+Runs forward_runs(const Grid<Real>& grid, int x_first, int x_last, int y, int z) {
+  Runs runs;
+  runs.add(row_run(grid, x_first, x_last + 1, y, z));
+  if (y + 1 < grid.y.cells) runs.add(row_run(grid, x_first - 1, x_last + 1, y + 1, z));
+  for (int row_y = y - 1; row_y <= y + 1; ++row_y)
+    if (row_y >= 0 && row_y < grid.y.cells && z + 1 < grid.z.cells) runs.add(row_run(grid, x_first - 1, x_last + 1, row_y, z + 1));
+  return runs;
+}
+
+// The same for one cell.
 template <class Real>
 Runs forward_runs(const Grid<Real>& grid, int x, int y, int z) {
-  Runs runs;
-  runs.add(row_run(grid, x, x + 1, y, z));
-  if (y + 1 < grid.y.cells) runs.add(row_run(grid, x - 1, x + 1, y + 1, z));
-  for (int row_y = y - 1; row_y <= y + 1; ++row_y)
-    if (row_y >= 0 && row_y < grid.y.cells && z + 1 < grid.z.cells) runs.add(row_run(grid, x - 1, x + 1, row_y, z + 1));
-  return runs;
+  return forward_runs(grid, x, x, y, z);
 }
 
 // The coordinate of the cell along one axis that holds p, clamped to 0 .. axis.cells - 1; NaN counts as 0. T is Real or lanes.

@@ -1,5 +1,5 @@
-// The candidates of a cell, packed: what may lie within h of its particles, copied from up to nine runs into one. No serial
-// twin: a serial loop reads the runs where they are.
+// The candidates of a cell or a block of cells, packed: what may lie within h of its particles, copied from up to nine runs into one. No
+// serial twin: a serial loop reads the runs where they are.
 //
 // The runs of a cell hold about 15 particles each, so lanes that walked them one by one would end nine times in a part-filled
 // vector. Packed once, the candidates serve all particles of the cell as full vectors, from the first-level cache.

@@ -49,12 +49,13 @@ LOCKSTEP_INLINE Lanes3 pair_acceleration(const Model<Real>& model, Real density_
 }
 
 // Of pairs k < n: by what factors the differences of two particles' positions and velocities go into their accelerations.
-void pair_factors(const Model<Real>& model, const Real* density_i, const Real* density_j, const Real* distance_2, int n, Real* factors) {
+void pair_factors(const Model<Real>& model, const Real* density, const std::int32_t* list, const Real* density_i, const Real* distance_2,
+                  int n, Real* factors) {
   const floatv min_distance_2 = model.min_distance_2, smoothing_length = model.smoothing_length;
   const floatv twice_rest_density = model.twice_rest_density;
   const floatv pressure_coefficient = model.pressure_coefficient, viscosity_coefficient = model.viscosity_coefficient;
   for (int k = 0; k < n; k += lanes) {
-    const floatv rho_i = load(density_i + k), rho_j = load(density_j + k);
+    const floatv rho_i = load(density_i + k), rho_j = gather(density, load(list + k));
     const floatv distance = sqrt(max(load(distance_2 + k), min_distance_2));
     const floatv overlap = smoothing_length - distance;
     const floatv scale = overlap / (rho_i * rho_j * distance);  // the one division
@@ -109,11 +110,8 @@ void write_sums(const Run run, const Body* body, Real* x, Real* y, Real* z) {
   }
 }
 
-// The densities of both particles of every pair, side by side.
-void fetch_densities(const Run own, int k, const std::int32_t* end, const std::int32_t* list, const Real* density, Real* density_i,
-                     Real* density_j) {
-#pragma GCC unroll 4
-  for (int l = k, last = end[own.end - 1]; l < last; ++l) density_j[l] = density[list[l]];
+// For every pair, the density of the particle whose list it stands in.
+void repeat_densities(const Run own, int k, const std::int32_t* end, const Real* density, Real* density_i) {
   for (int i = own.begin; i < own.end; ++i) {
     const int end_i = end[i];
     const floatv rho = density[i];
@@ -240,7 +238,7 @@ void forces_pair_lists(const Model<Real>& model, const Grid<Real>& grid, const P
 #pragma omp parallel
   {
     Array<Body> bodies;
-    Array<Real> density_i, density_j, factors;
+    Array<Real> density_i, factors;
     // A plane writes the accelerations of its own particles and the reaction of the next plane's, and no other does.
 #pragma omp for schedule(dynamic)
     for (int z = 0; z < grid.z.cells; ++z) {
@@ -257,11 +255,10 @@ void forces_pair_lists(const Model<Real>& model, const Grid<Real>& grid, const P
         const int pairs = end[own.end - 1] - first;
         if (density_i.size() < padded(pairs)) {
           density_i.resize(2 * padded(pairs));
-          density_j.resize(2 * padded(pairs));
           factors.resize(4 * padded(pairs));
         }
-        fetch_densities(own, first, end, list, density.data(), density_i.data() - first, density_j.data() - first);
-        pair_factors(model, density_i.data(), density_j.data(), distance_2 + first, pairs, factors.data());
+        repeat_densities(own, first, end, density.data(), density_i.data() - first);
+        pair_factors(model, density.data(), list + first, density_i.data(), distance_2 + first, pairs, factors.data());
         add_pairs(own, first, end, list, factors.data() - 2 * first, body);
         first += pairs;
       }
