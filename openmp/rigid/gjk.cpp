@@ -40,10 +40,12 @@ struct Vertices {
 
 LOCKSTEP_INLINE Vector3<floatv> position(const Quad<floatv>& quad) { return {quad.x, quad.y, quad.z}; }
 
-// quad[index] in each lane.
+// quad[index] in each lane. Without the empty assembly, which may change the indices for all that g++ knows, it would not read them back
+// from memory but take the vector apart in registers: two moves a lane, some on the ports that turn records round, and 5 % of the time.
 LOCKSTEP_INLINE Vector3<floatv> position(const Array<Quad<Real>>& quad, intv index) {
   Indices indices;
   store(indices.index, index);
+  asm("" : "+m"(indices));
   return position(load_quads(quad, indices));
 }
 
@@ -53,11 +55,10 @@ LOCKSTEP_INLINE Vector3<floatv> select(maskv mask, const Vector3<floatv>& c, con
 
 // The vertex farthest along a direction; the first of equals.
 LOCKSTEP_INLINE intv support(const Vertices& vertices, const Vector3<floatv>& direction) {
-  intv farthest = 0, k = 0;
+  intv farthest = 0;
   floatv most = dot(direction, vertices.position[0]);
-  for (const Vector3<floatv>* v = vertices.position + 1; v != vertices.position + vertices.count; ++v) {
-    const floatv along = dot(direction, *v);
-    k += 1;
+  for (int k = 1; k < vertices.count; ++k) {
+    const floatv along = dot(direction, vertices.position[k]);
     where(along > most, farthest) = k;
     most = max(along, most);
   }
@@ -65,22 +66,27 @@ LOCKSTEP_INLINE intv support(const Vertices& vertices, const Vector3<floatv>& di
 }
 
 struct Corner {
-  intv a, b;                 // of which vertices
+  intv vertices;             // of which: a's, and 256 times b's
   Vector3<floatv> position;  // b - a, in a's frame
+
+  LOCKSTEP_INLINE intv a() const { return vertices & 255; }
+  LOCKSTEP_INLINE intv b() const { return vertices >> 8; }
 };
 
 LOCKSTEP_INLINE Corner select(maskv mask, const Corner& c, const Corner& d) {
-  return {select(mask, c.a, d.a), select(mask, c.b, d.b), select(mask, c.position, d.position)};
+  return {select(mask, c.vertices, d.vertices), select(mask, c.position, d.position)};
 }
 
 // Pairs of hulls, and how they stand.
 struct Problem {
   const Hulls<Real>* hulls;
+  Indices hull_a, hull_b;
   Vertices a, b;
   Cores<floatv> cores;
 
   LOCKSTEP_INLINE Corner corner(intv k, intv l) const {
-    return {k, l, vertex_of_b(cores, position(hulls->vertex, b.first + l)) - vertex_of_a(cores, position(hulls->vertex, a.first + k))};
+    return {k | l << 8,
+            vertex_of_b(cores, position(hulls->vertex, b.first + l)) - vertex_of_a(cores, position(hulls->vertex, a.first + k))};
   }
   // The one farthest against v, in a's frame.
   LOCKSTEP_INLINE Corner farthest(const Vector3<floatv>& v) const {
@@ -89,13 +95,17 @@ struct Problem {
 };
 
 // Four vertices of every hull at a time, sixteen numbers side by side, which then change from a row a hull to a row a coordinate.
-LOCKSTEP_INLINE void load_vertices(const Hulls<Real>& hulls, intv hull, Vertices& vertices) {
-  const intv first = gather(hulls.first_vertex.data(), hull), count = gather(hulls.first_vertex.data() + 1, hull) - first;
+LOCKSTEP_INLINE void load_vertices(const Hulls<Real>& hulls, const Indices& hull, Vertices& vertices) {
   Indices begin, vertices_of;
-  store(begin.index, first), store(vertices_of.index, count);
-  vertices.first = first;
-  vertices.count = static_cast<int>(reduce_max(to_float(count)));
-  const int least = static_cast<int>(reduce_min(to_float(count)));
+  int least = most_hull_vertices;
+  vertices.count = 0;
+  for (int l = 0; l < lanes; ++l) {
+    const int n = hulls.vertices(hull.index[l]);
+    begin.index[l] = hulls.first_vertex[hull.index[l]], vertices_of.index[l] = n;
+    vertices.count = std::max(vertices.count, n), least = std::min(least, n);
+  }
+  vertices.first = load(begin.index);
+  const intv count = load(vertices_of.index);
   for (int k = 0; k < vertices.count; k += 4) {
     floatv row[lanes];
     if (k < least)
@@ -110,22 +120,28 @@ LOCKSTEP_INLINE void load_vertices(const Hulls<Real>& hulls, intv hull, Vertices
   }
 }
 
+// One by one: a gather takes as many accesses, and in lanes the hulls would only be taken apart again.
+LOCKSTEP_INLINE Indices hulls_of(const Colliders<Real>& colliders, const Indices& collider) {
+  Indices hull;
+  for (int l = 0; l < lanes; ++l) hull.index[l] = colliders.hull[collider.index[l]];
+  return hull;
+}
+
 LOCKSTEP_INLINE void make_problem(const Placed<Real>& placed, const PairLanes& pairs, Problem& problem) {
   const auto& [colliders, hulls, pose] = placed;
   problem.hulls = &hulls;
-  load_vertices(hulls, gather(colliders.hull.data(), load(pairs.a.index)), problem.a);
-  load_vertices(hulls, gather(colliders.hull.data(), load(pairs.b.index)), problem.b);
+  problem.hull_a = hulls_of(colliders, pairs.a), problem.hull_b = hulls_of(colliders, pairs.b);
+  load_vertices(hulls, problem.hull_a, problem.a);
+  load_vertices(hulls, problem.hull_b, problem.b);
   const PoseLanes a = load_poses(pose, pairs.a), b = load_poses(pose, pairs.b);
   problem.cores = make_cores(position(load_quads(colliders.size, pairs.a)), position(load_quads(colliders.size, pairs.b)), a.position,
                              b.position, a.orientation, b.orientation);
 }
 
 // From the middle of a to that of b, in a's frame.
-LOCKSTEP_INLINE Vector3<floatv> between_centres(const Placed<Real>& placed, const PairLanes& pairs, const Cores<floatv>& cores) {
-  const auto centre = [&](const Indices& collider) {
-    return position(placed.hulls.centre, gather(placed.colliders.hull.data(), load(collider.index)));
-  };
-  return vertex_of_b(cores, centre(pairs.b)) - vertex_of_a(cores, centre(pairs.a));
+LOCKSTEP_INLINE Vector3<floatv> between_centres(const Problem& problem) {
+  const auto centre = [&](const Indices& hull) { return position(load_quads(problem.hulls->centre, hull)); };
+  return vertex_of_b(problem.cores, centre(problem.hull_b)) - vertex_of_a(problem.cores, centre(problem.hull_a));
 }
 
 // The corners that the nearest point to the origin lies between, the newest first, and their weights: up to three, or four around the
@@ -217,7 +233,7 @@ LOCKSTEP_INLINE void take(maskv mask, const Corner& newest, const Choice& choice
 // Whether a corner is one of those that there are.
 LOCKSTEP_INLINE maskv is_known(const Corner& corner, const State& state) {
   maskv known = first_lanes(0);
-  for (int k = 0; k < 3; ++k) known |= (corner.a == state.corner[k].a) & (corner.b == state.corner[k].b);
+  for (int k = 0; k < 3; ++k) known |= corner.vertices == state.corner[k].vertices;
   return known;
 }
 
@@ -267,7 +283,7 @@ int closest_points_of_block(const Placed<Real>& placed, std::span<const Pair> pa
   State state;
   Corner newest;
   if (!all(cold)) newest = corner(0);
-  if (any(cold)) newest = select(cold, problem.farthest(between_centres(placed, pair, cores)), newest);
+  if (any(cold)) newest = select(cold, problem.farthest(between_centres(problem)), newest);
   for (int k = 1; k < 4; ++k) {
     const Corner& last = k == 1 ? newest : state.corner[k - 2];
     state.corner[k - 1] = any(known.count > k) ? select(known.count > k, corner(k), last) : last;
@@ -303,7 +319,7 @@ int closest_points_of_block(const Placed<Real>& placed, std::span<const Pair> pa
   state.weight[0] = 1.f - (state.weight[1] + state.weight[2] + state.weight[3]);
   Known out = {state.count, 0, 0};
   for (int k = 0; k < 4 && any(state.count > k); ++k) {
-    const auto& [a, b, unused] = state.corner[k];
+    const intv a = state.corner[k].a(), b = state.corner[k].b();
     const maskv there = state.count > k;
     on_a = select(there, on_a + state.weight[k] * vertex_of_a(cores, position(problem.hulls->vertex, problem.a.first + a)), on_a);
     where(there, out.a) |= a << 8 * k;
@@ -323,7 +339,7 @@ int closest_points_of_block(const Placed<Real>& placed, std::span<const Pair> pa
   return left;
 }
 
-constexpr int chunk_size = 512;
+constexpr int chunk_size = 1024;
 // From 2 to 5 it makes no difference. At 0, where nothing is packed again, hulls take 4 % longer and mixed shapes 14 %; at 8, 7 % longer,
 // because more blocks are set up than looks are saved.
 constexpr int few_lanes = 3;
@@ -332,7 +348,7 @@ constexpr int few_lanes = 3;
 void closest_points_of_chunk(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<Simplex> simplex,
                              std::span<Closest<Real>> closest) {
   const int n = static_cast<int>(pairs.size());
-  // A counting sort by vertices, in fours, which is how they are loaded. What the blocks will want from all over memory is asked for now.
+  // A counting sort by vertices, in fours, which is how they are loaded.
   std::int32_t which[chunk_size];
   std::uint8_t key[chunk_size];
   int begin[257] = {};
@@ -340,8 +356,6 @@ void closest_points_of_chunk(const Placed<Real>& placed, std::span<const Pair> p
   for (int k = 0; k < n; ++k) {
     key[k] = static_cast<std::uint8_t>(16 * fours(pairs[k].a) + fours(pairs[k].b));
     ++begin[key[k] + 1];
-    for (const int collider : {pairs[k].a, pairs[k].b})
-      __builtin_prefetch(&placed.pose[collider]), __builtin_prefetch(&placed.colliders.size[collider]);
   }
   for (int f = 0; f < 256; ++f) begin[f + 1] += begin[f];
   for (int k = 0; k < n; ++k) which[begin[key[k]]++] = k;
