@@ -1,7 +1,6 @@
 // Contract: puts colliders where their bodies are, and a box along the world's axes around each, as the broad phase needs them.
 //
-// The box holds the collider, widened by `margin` on every side, m. Around a hull it is the box around the hull's own box (along the
-// hull's axes), turned: a little larger than need be, at the cost of three absolute values. A plane's box is everything: from -infinity to
+// The box is the smallest that holds the collider, widened by `margin` on every side, m. A plane's is everything: from -infinity to
 // infinity.
 //
 // In: world.bodies.pose, world.colliders, world.hulls. Out: placed[collider] and bounds, both made to fit.

@@ -24,4 +24,18 @@ inline Box<T> box_around(const Pose<T>& pose, const Vector3<T>& scale, const Vec
   return {middle - extent, middle + extent};
 }
 
+// Makes `box` reach to a turned vertex of a hull.
+template <class T>
+inline void reach_to(Box<T>& box, const Matrix3<T>& m, const Vector3<T>& scale, const Vector3<T>& vertex) {
+  const Vector3<T> v = m * Vector3<T>{scale.x * vertex.x, scale.y * vertex.y, scale.z * vertex.z};
+  box = around(box, {v, v});
+}
+
+// A box around what is turned, moved to where it is and widened.
+template <class T>
+inline Box<T> moved(const Box<T>& box, const Vector3<T>& position, const T& widening) {
+  const Vector3<T> wide = {widening, widening, widening};
+  return {position + (box.low - wide), position + (box.high + wide)};
+}
+
 }  // namespace lockstep::rigid

@@ -76,6 +76,11 @@ struct Hulls {
   int faces(int hull) const { return first_face[hull + 1] - first_face[hull]; }
 };
 inline constexpr int point_hull = 0, segment_hull = 1, cube_hull = 2;
+// Whether a hull fills the box around it, so that this turned is no larger than need be.
+template <class I>
+inline auto fills_its_box(const I& hull) {
+  return hull <= cube_hull;
+}
 inline constexpr int most_hull_vertices = 64;  // a hull has no more
 
 template <class Real>
