@@ -11,6 +11,11 @@ CXX   = g++
 # errno is not looked at: without the flag, sqrt keeps loops from becoming lanes. Values do not change.
 FLAGS = -std=c++20 -O3 $(isa_$(ISA)) -ffp-contract=off -fno-math-errno -fopenmp -Wall -Wextra
 LIBS  = -lqhull_r
+# Calls to OpenMP's runtime that verify/record.cpp stands before.
+WRAPPED = GOMP_parallel GOMP_parallel_sections GOMP_parallel_loop_nonmonotonic_dynamic GOMP_barrier GOMP_loop_nonmonotonic_dynamic_start \
+  GOMP_loop_nonmonotonic_dynamic_next GOMP_loop_ull_nonmonotonic_dynamic_start GOMP_loop_ull_nonmonotonic_dynamic_next GOMP_loop_end GOMP_loop_end_nowait \
+  GOMP_sections_next GOMP_sections_end_nowait GOMP_single_start omp_get_thread_num omp_get_num_threads omp_get_max_threads omp_set_lock omp_unset_lock
+LINK  = $(CXX) $(FLAGS) $(WRAPPED:%=-Wl,--wrap=%)
 PYTHON = /usr/bin/python3
 DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libtinyobjloader-dev libqhull-dev libeigen3-dev libccd-dev libgtest-dev python3-matplotlib clang-14 libomp-14-dev libclang-rt-14-dev
 
@@ -37,13 +42,17 @@ verify: build/lockstep  ## compare every kernel with its serial twin (KERNEL= FO
 	build/lockstep verify $(selection) $(if $(FULL),--full) --json build/verify.json
 
 test: $(BUILD)/unit_tests build/lockstep  ## unit, property and fault tests
+	$(PYTHON) tests/figures_test.py
 	LOCKSTEP=build/lockstep $(BUILD)/unit_tests --gtest_brief=1
 
 bench: build/lockstep  ## time every kernel (KERNEL= FORM= SCENE= THREADS=1,2); build/bench.json
 	build/lockstep bench $(selection) --json build/bench.json
 
-figures: build/lockstep  ## redraw the figures into build/figures/: SVG, the CSV behind each, index.html
-	build/lockstep figures --out build/figures
+figures: build/lockstep  ## redraw the papers' figures into build/figures/: index.html, SVG, the CSV behind each (QUICK=1: rough)
+	@mkdir -p build/figures
+	build/lockstep bench $(quick) --json build/figures/bench.json
+	build/lockstep scale $(quick) --json build/figures/scale.json
+	build/lockstep figures $(quick) --out build/figures
 	$(PYTHON) notes/figures/draw.py build/figures
 
 run: build/lockstep  ## simulate SCENE=scenes/cloth/flag_33.toml and write frames for ParaView (OUT=build/frames FRAMES= VARIANT= THREADS=)
@@ -74,6 +83,7 @@ clean:  ## remove what was built
 help:  ## list these commands
 	@sed -nE 's/^([a-z]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 20
 
+quick = $(if $(QUICK),--quick)
 selection = $(if $(KERNEL),--kernel $(KERNEL)) $(if $(FORM),--form $(FORM)) $(if $(SCENE),--scene $(SCENE)) $(if $(THREADS),--threads $(THREADS))
 
 # build/lockstep is the program built last; it is relinked when ISA changes.
@@ -84,10 +94,10 @@ build/lockstep: $(BUILD)/lockstep
 	@ln -sfn $(BUILD:build/%=%)/lockstep $@
 
 $(BUILD)/lockstep: $(kernel) $(verify)
-	$(CXX) $(FLAGS) $^ $(LIBS) -o $@
+	$(LINK) $^ $(LIBS) -o $@
 
 $(BUILD)/unit_tests: $(kernel) $(filter-out %/main.o,$(verify)) $(tests)
-	$(CXX) $(FLAGS) $^ $(LIBS) -lccd -lgtest_main -lgtest -pthread -o $@
+	$(LINK) $^ $(LIBS) -lccd -lgtest_main -lgtest -pthread -o $@
 
 compile = @mkdir -p $(@D) && echo "compile $@" && $(CXX) $(FLAGS) -I. -I$(BUILD) -MMD -MP
 $(BUILD)/%.float.o: %.cpp Makefile

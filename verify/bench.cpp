@@ -10,50 +10,20 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "common/array.h"
 #include "common/simd.h"
+#include "verify/costs.h"
 #include "verify/report.h"
 #include "verify/selection.h"
 
 namespace lockstep::verify {
 namespace {
 
-constexpr int min_repeats = 15;
-constexpr double min_seconds = .6;  // a variant
-
-double triad_gb_per_s(int threads) {
-  constexpr int n = 1 << 24;
-  Array<float> a(n, 0.f), b(n, 1.f), c(n, 2.f);
-  double best = 0;
-  for (int repeat = 0; repeat < 5; ++repeat) {
-    const double start = now();
-    // Every element is one thread's.
-#pragma omp parallel for simd num_threads(threads) schedule(static)
-    for (int i = 0; i < n; ++i) a[i] = b[i] + 3.f * c[i];
-    best = std::max(best, 12. * n / (now() - start) * 1e-9);
-  }
-  return best;
-}
-
-double fma_gflop_per_s(int threads) {
-  constexpr int chains = 10, steps = 2'000'000;  // more chains than an FMA's latency times its rate
-  double best = 0;
-  float sum = 0;
-  for (int repeat = 0; repeat < 5; ++repeat) {
-    const double start = now();
-    // Each thread works on its own registers.
-#pragma omp parallel num_threads(threads) reduction(max : sum)
-    {
-      floatv chain[chains];
-      for (int c = 0; c < chains; ++c) chain[c] = floatv(1.f + c);
-      for (int step = 0; step < steps; ++step)
-        for (floatv& v : chain) v = fma(v, floatv(.999f), floatv(.001f));
-      for (const floatv& v : chain) sum = std::max(sum, reduce_max(v));
-    }
-    best = std::max(best, 2. * lanes * chains * steps * threads / (now() - start) * 1e-9);
-  }
-  return sum > 0 ? best : 0;  // keeps the chains from being optimised away
-}
+// Of a variant.
+struct Effort {
+  int repeats;
+  double seconds;
+};
+constexpr Effort full_effort = {15, .6}, quick_effort = {3, .05};
 
 struct Variant {
   std::string name;
@@ -89,8 +59,9 @@ int bench(const Options& options) {
     std::vector<Variant> variants = {{"serial", 1, run.best_serial ? run.best_serial : run.serial, {}}};
     if (run.best_serial) variants.push_back({"serial_twin", 1, run.serial, {}});
     for (int threads : options.threads) variants.push_back({"openmp", threads, run.openmp, {}});
-    const double enough = now() + min_seconds * variants.size();
-    for (int repeat = 0; repeat < min_repeats || now() < enough; ++repeat)
+    const Effort effort = options.quick ? quick_effort : full_effort;
+    const double enough = now() + effort.seconds * variants.size();
+    for (int repeat = 0; repeat < effort.repeats || now() < enough; ++repeat)
       for (Variant& variant : variants) {
         omp_set_num_threads(variant.threads);
         run.reset();
@@ -123,6 +94,7 @@ int bench(const Options& options) {
                       {"items_per_s", work.items / median},
                       {"bytes", work.bytes},
                       {"flops", work.flops}});
+      if (variant.name == "openmp" && work.lane_use > 0) rows.back()["lane_use"] = work.lane_use;
     }
   }
   if (!options.json.empty()) write_report(options.json, on, rows);

@@ -1,14 +1,10 @@
-// The numbers behind the figures: one CSV a figure, which notes/figures/NAME.py draws.
-#include <omp.h>
-
+// The numbers behind the figures that `bench` and `scale` do not give: NAME.json, {"machine": ..., "rows": ...}, for notes/figures.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <limits>
-#include <ostream>
 #include <string>
 
-#include "common/atomic_file.h"
 #include "common/cloth/make.h"
 #include "common/input_error.h"
 #include "common/levelset/blocks.h"
@@ -24,143 +20,166 @@
 #include "verify/options.h"
 #include "verify/report.h"
 #include "verify/rigid_run.h"
+#include "verify/scale.h"
 
 namespace lockstep::verify {
 namespace {
 
+using Rows = nlohmann::ordered_json;
+
+std::vector<int> cores_of(const FigureOptions& options) {
+  return options.quick ? std::vector<int>{1, 2, 64} : std::vector<int>{1, 2, 4, 8, 16, 32, 64};
+}
+
+// Of so many runs the least disturbed, as scale_row takes it.
+double least_ms(int repeats, const std::function<void()>& reset, const std::function<void()>& work) {
+  double least = std::numeric_limits<double>::infinity();
+  for (int repeat = 0; repeat < repeats; ++repeat) {
+    reset();
+    const double begin = now();
+    work();
+    least = std::min(least, 1e3 * (now() - begin));
+  }
+  return least;
+}
+
 // Residual over iterations, by the order in which constraints are enforced.
-void cloth_convergence(std::ostream& csv) {
-  csv << "scene,form,iterations,residual\n";
+void cloth_convergence(const FigureOptions& options, const Model&, Rows& rows) {
+  const std::vector<int> iterations =
+      options.quick ? std::vector<int>{5, 20, 80} : std::vector<int>{5, 7, 10, 14, 20, 28, 40, 57, 80, 113, 160};
   for (const std::string scene : {"flag_33", "sheet_on_sphere", "rope", "pulled_edge"}) {
     const cloth::Cloth<float> start = cloth::convert<float>(cloth::load_scene("scenes/cloth/" + scene + ".toml").cloth);
     for (const ClothForm& form : cloth_forms)
-      for (const int n : {5, 7, 10, 14, 20, 28, 40, 57, 80, 113, 160}) {
+      for (const int n : iterations) {
         progress("cloth_convergence: " + scene + ' ' + form.name + ", " + std::to_string(n) + " iterations");
         cloth::Relax<float>* const relax = form.openmp_relax ? form.openmp_relax : form.serial_relax;
-        csv << scene << ',' << form.name << ',' << n << ',' << residual_left(start, relax, n) << '\n';
+        rows.push_back({{"scene", scene}, {"form", form.name}, {"iterations", n}, {"residual", residual_left(start, relax, n)}});
       }
   }
 }
 
-// What blocks cost and what they give: marching and sweeping in blocks of 256^3, at the threads that this machine has; and how much
-// of the work is done more than once, which does not depend on a machine.
-void levelset_blocks(std::ostream& csv) {
-  const levelset::Scene scene = levelset::load_scene("scenes/levelset/spheres_and_box_256.toml");
+// What blocks cost and what they give: marching and sweeping in blocks of 256^3, and the undivided serial forms; and how much of the work
+// is done more than once, which does not depend on a machine.
+void levelset_blocks(const FigureOptions& options, const Model& model, Rows& rows) {
+  const std::string name = options.quick ? "spheres_and_box_128" : "spheres_and_box_256";
+  const levelset::Scene scene = levelset::load_scene("scenes/levelset/" + name + ".toml");
   const auto band = static_cast<float>(scene.band);
-  levelset::Distances<float> start, whole;
+  levelset::Distances<float> start, d;
   levelset::openmp::initialize(scene.phi, start);
-  whole = start;
-  levelset::openmp::fast_sweeping_sweeps(whole, band, 1);
-  const auto points_within = [](const levelset::Distances<float>& d) {
-    return double(std::ranges::count_if(d.distance.value, [](float v) { return v < levelset::far<float>; }));
+  const auto points_within = [](const levelset::Distances<float>& distances) {
+    return double(std::ranges::count_if(distances.distance.value, [](float v) { return v < levelset::far<float>; }));
   };
+  const auto reset = [&] { d = start; };
+  const int repeats = options.quick ? 1 : 3;
 
-  csv << "blocks,threads,algorithm,ms,work_points,band_points\n";
-  for (const int side : {1, 2, 3, 4}) {
+  const auto serial_row = [&](const char* algorithm, const std::function<void()>& run) {
+    rows.push_back(
+        {{"scene", name}, {"algorithm", algorithm}, {"blocks", 1}, {"variant", "serial"}, {"measured_ms", least_ms(repeats, reset, run)}});
+  };
+  progress("levelset_blocks: serial");
+  serial_row("fast_marching", [&] { levelset::serial::fast_marching_heap(d, band); });
+  serial_row("fast_sweeping", [&] { levelset::serial::fast_sweeping_sweeps(d, band, 1); });
+  const double band_points = points_within(d);
+
+  for (const int side : options.quick ? std::vector<int>{1, 4} : std::vector<int>{1, 2, 3, 4, 5, 6}) {
     const int size = (scene.grid.nx + side - 1) / side;
     // Each block on its own computes the distances of its padding, too.
     double work = 0;
     for (const levelset::Block& block : levelset::make_blocks(start, band, size)) {
       levelset::Distances<float> padded = levelset::cut_out(start, block);
-      levelset::openmp::fast_sweeping_sweeps(padded, band, 1);
+      levelset::openmp::fast_marching_blocks(padded, band, 2 * scene.grid.nx);
       work += points_within(padded);
     }
-    for (int threads = 1; threads <= omp_get_num_procs(); threads *= 2)
+    for (const int cores : cores_of(options))
       for (const std::string algorithm : {"fast_marching", "fast_sweeping"}) {
-        progress("levelset_blocks: " + algorithm + ", " + std::to_string(side * side * side) + " blocks, " + std::to_string(threads) +
-                 " threads");
-        omp_set_num_threads(threads);
-        double best = std::numeric_limits<double>::infinity();
-        for (int repeat = 0; repeat < 3; ++repeat) {
-          levelset::Distances<float> d = start;
-          const double begin = now();
+        progress("levelset_blocks: " + algorithm + ", " + std::to_string(side * side * side) + " blocks, " + std::to_string(cores) +
+                 " cores");
+        const auto run = [&] {
           if (algorithm == "fast_marching")
             levelset::openmp::fast_marching_blocks(d, band, size);
           else
             levelset::openmp::fast_sweeping_blocks(d, band, 1, size);
-          best = std::min(best, now() - begin);
-        }
-        csv << side * side * side << ',' << threads << ',' << algorithm << ',' << 1e3 * best << ',' << work << ',' << points_within(whole)
-            << '\n';
+        };
+        Rows row = {{"scene", name},       {"algorithm", algorithm}, {"blocks", side * side * side},
+                    {"variant", "openmp"}, {"work_points", work},    {"band_points", band_points}};
+        row.update(scale_row(model, {reset, run, 8. * static_cast<double>(start.distance.value.size())}, cores, repeats));
+        rows.push_back(row);
       }
   }
 }
 
 // The distances of a slice through the middle of the spheres and the box, and what first-order upwind makes of them.
-void levelset_slice(std::ostream& csv) {
+void levelset_slice(const FigureOptions&, const Model&, Rows& rows) {
   const levelset::Scene scene = levelset::load_scene("scenes/levelset/spheres_and_box_128_full.toml");
   levelset::Distances<float> d;
   levelset::openmp::initialize(scene.phi, d);
   levelset::openmp::fast_sweeping_sweeps(d, static_cast<float>(scene.band), 4);
-  csv << "x,y,distance,error_in_spacings\n";
   const int z = scene.grid.nz / 2;
   for (int y = 0; y < scene.grid.ny; ++y)
     for (int x = 0; x < scene.grid.nx; ++x) {
       const double exact = levelset::signed_distance(scene.shapes, scene.grid.position(x, y, z));
       const double found = scene.phi(x, y, z) < 0 ? -d.distance(x, y, z) : d.distance(x, y, z);
-      csv << x << ',' << y << ',' << found << ',' << (found - exact) / scene.grid.spacing << '\n';
+      rows.push_back({{"x", x}, {"y", y}, {"distance", found}, {"error_in_spacings", (found - exact) / scene.grid.spacing}});
     }
 }
 
-// What reordering contacts into batches gives, and costs: ten sweeps over the settled contacts of a scene, in the original order (in
+// What reordering contacts into batches gives, and costs: ten substeps over the settled contacts of a scene, in the original order (in
 // parallel as far as that lets), and in batches, with the time to make them; and how large the batches are.
-void contact_batches(std::ostream& csv) {
+void contact_batches(const FigureOptions& options, const Model& model, Rows& rows) {
   using namespace rigid;
-  csv << "scene,kind,threads,batch,value\n";
-  for (const std::string scene_name : {"pyramid_24", "box_pit_4000", "hull_pit_2000", "castle_hit"}) {
-    const Scene scene = load_scene("scenes/rigid/" + scene_name + ".toml");
+  const std::vector<std::string> scenes = options.quick
+                                              ? std::vector<std::string>{"pyramid_15"}
+                                              : std::vector<std::string>{"pyramid_24", "box_pit_4000", "hull_pit_2000", "castle_hit"};
+  for (const std::string& name : scenes) {
+    const Scene scene = load_scene("scenes/rigid/" + name + ".toml");
     const StepSettings settings = settings_of(scene);
     World<float> world = scene.world;
     StepMemory<float> memory;
     for (int step = 0; step < std::max(scene.settle, 1); ++step) {
-      progress("contact_batches: " + scene_name + ", step " + std::to_string(step));
+      progress("contact_batches: " + name + ", step " + std::to_string(step));
       openmp::step_batches(settings, world, memory);
     }
     const std::span<const std::int32_t> body(world.colliders.body.data(), world.colliders.count);
-    const auto median_ms = [&](const auto& solve) {
-      constexpr int repeats = 15;
-      std::vector<double> ms;
-      for (int repeat = 0; repeat < repeats; ++repeat) {
-        Bodies<float> bodies = world.bodies;
-        Array<Impulses<float>> impulses = memory.impulses;
-        const double begin = now();
-        solve(bodies, std::span<Impulses<float>>(impulses));
-        ms.push_back(1e3 * (now() - begin));
-      }
-      std::ranges::nth_element(ms, ms.begin() + repeats / 2);
-      return ms[repeats / 2];
-    };
-    const auto row = [&](const char* kind, int threads, int batch, double value) {
-      csv << scene_name << ',' << kind << ',' << threads << ',' << batch << ',' << value << '\n';
-    };
+    Bodies<float> bodies;
+    Array<Impulses<float>> impulses;
     Array<Motion<float>> moving;
+    Batches batches;
+    const auto reset = [&] { bodies = world.bodies, impulses = memory.impulses; };
     const auto original = [&](SolveOriginal<float>* solve) {
-      return median_ms([&](Bodies<float>& bodies, std::span<Impulses<float>> impulses) {
-        solve(settings.solver, memory.manifolds, body, bodies, impulses, moving);
-      });
+      return [&, solve] { solve(settings.solver, memory.manifolds, body, bodies, std::span(impulses), moving); };
     };
-    const auto batched = [&](SolveBatches<float>* solve, ReorderContacts<float>* reorder) {
-      return median_ms([&](Bodies<float>& bodies, std::span<Impulses<float>> impulses) {
-        solve(settings.solver, memory.manifolds, body, reorder(memory.manifolds, body, bodies), bodies, impulses, moving);
-      });
+    const auto reordered = [&](ReorderContacts<float>* reorder, SolveBatches<float>* solve) {
+      return [&, reorder, solve] {
+        batches = reorder(memory.manifolds, body, bodies);
+        solve(settings.solver, memory.manifolds, body, batches, bodies, std::span(impulses), moving);
+      };
     };
-    row("serial_original_ms", 1, 0, original(serial::solve_contacts_original));
-    row("serial_batches_ms", 1, 0, batched(serial::solve_contacts_batches, serial::reorder_contacts));
-    for (int threads = 1; threads <= omp_get_num_procs(); ++threads) {
-      omp_set_num_threads(threads);
-      row("original_ms", threads, 0, original(openmp::solve_contacts_original));
-      row("batches_ms", threads, 0, batched(openmp::solve_contacts_batches, openmp::reorder_contacts));
-      row("reorder_ms", threads, 0,
-          median_ms([&](Bodies<float>& bodies, std::span<Impulses<float>>) { openmp::reorder_contacts(memory.manifolds, body, bodies); }));
+    const int repeats = options.quick ? 1 : 5;
+    const auto serial_row = [&](const char* form, const std::function<void()>& solve) {
+      rows.push_back({{"scene", name}, {"form", form}, {"variant", "serial"}, {"measured_ms", least_ms(repeats, reset, solve)}});
+    };
+    progress("contact_batches: " + name);
+    serial_row("original", original(serial::solve_contacts_original));
+    serial_row("batches", reordered(serial::reorder_contacts, serial::solve_contacts_batches));
+    const double bytes = static_cast<double>(memory.manifolds.size() * (sizeof(Manifold<float>) + 2 * sizeof(Impulses<float>)));
+    for (const int cores : cores_of(options)) {
+      const auto scaled = [&](const char* form, const std::function<void()>& solve) {
+        Rows row = {{"scene", name}, {"form", form}, {"variant", "openmp"}};
+        row.update(scale_row(model, {reset, solve, bytes}, cores, repeats));
+        rows.push_back(row);
+      };
+      scaled("original", original(openmp::solve_contacts_original));
+      scaled("batches", reordered(openmp::reorder_contacts, openmp::solve_contacts_batches));
+      scaled("reorder", [&] { batches = openmp::reorder_contacts(memory.manifolds, body, bodies); });
     }
-    const Batches batches = serial::reorder_contacts(memory.manifolds, body, world.bodies);
-    for (int k = 0; k < batches.count(); ++k) row("batch_size", 0, k, batches.begin[k + 1] - batches.begin[k]);
+    for (int k = 0; k < batches.count(); ++k)
+      rows.push_back({{"scene", name}, {"variant", "batch_size"}, {"batch", k}, {"contacts", batches.begin[k + 1] - batches.begin[k]}});
   }
 }
 
 struct Figure {
   const char* name;
-  void (*write)(std::ostream& csv);
+  void (*compute)(const FigureOptions& options, const Model& model, Rows& rows);
 };
 
 constexpr Figure all_figures[] = {{"cloth_convergence", cloth_convergence},
@@ -174,9 +193,14 @@ int figures(const FigureOptions& options) {
   std::error_code error;
   std::filesystem::create_directories(options.out, error);
   if (error) throw InputError(options.out + ": cannot be made: " + error.message());
+  const Model model = measure_model();
+  nlohmann::ordered_json on = machine();
+  on["costs"] = describe(model);
   for (const Figure& figure : all_figures) {
-    const std::string path = options.out + '/' + figure.name + ".csv";
-    write_file(path, figure.write);
+    auto rows = Rows::array();
+    figure.compute(options, model, rows);
+    const std::string path = options.out + '/' + figure.name + ".json";
+    write_report(path, on, rows);
     progress("");
     std::printf("%s\n", path.c_str());
   }

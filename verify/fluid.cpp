@@ -3,6 +3,7 @@
 // Kernels are compared on a scene's state after a few frames, each on the same inputs: what the serial float run hands it.
 // notes/fluid.md derives the bounds; notes/verification.md says what each verdict asserts.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -145,7 +146,7 @@ Case rebuild_grid_case(const std::string& path, RebuildGrid<float>* openmp) {
             return judgement;
           },
       .hash = [s] { return hash_of(s->openmp); },
-      .work = {n, "particles", 2 * particle_bytes * n + 4 * cells, 9 * n},
+      .work = {n, "particles", 2 * particle_bytes * n + 4 * cells, 9 * n, lanes_in_use(std::array{n})},
   };
 }
 
@@ -184,6 +185,23 @@ Case densities_case(const std::string& path, Densities<float>* twin, Densities<f
       .hash = [s] { return hash_bytes(first(s->openmp, s->in->fluid.particles.count)); },
       .work = {n, "particles", 16 * n, 8 * s->in->tested_pairs + 5 * s->in->near_pairs},
   };
+}
+
+// How long the lists are that start in a vector of their own: a particle's of the owner-gather lists, a row's of the pair lists.
+std::vector<int> lengths_of_lists(const Grid<float>& grid, const Neighbours<float>& neighbours) {
+  std::vector<int> lengths;
+  for (int z = 0; z < grid.z.cells; ++z)
+    for (int y = 0, of_plane = 0; y < grid.y.cells; ++y) {
+      const Run row = row_run(grid, 0, grid.x.cells - 1, y, z);
+      if (row.begin == row.end) continue;
+      if (!neighbours.plane[z].empty()) {
+        lengths.push_back(neighbours.end[row.end - 1] - of_plane);
+        of_plane = neighbours.end[row.end - 1];
+      } else {
+        for (int i = row.begin, begin = 0; i < row.end; begin = neighbours.end[i++]) lengths.push_back(neighbours.end[i] - begin);
+      }
+    }
+  return lengths;
 }
 
 Case forces_case(const std::string& path, Densities<float>* lists, Forces<float>* twin, Forces<float>* openmp) {
@@ -228,7 +246,8 @@ Case forces_case(const std::string& path, Densities<float>* lists, Forces<float>
             return judgement;
           },
       .hash = [s, count] { return hash_of(s->openmp, count, 0); },
-      .work = {n, "particles", 40 * n, 8 * s->in->tested_pairs + 33 * s->in->near_pairs},
+      .work = {n, "particles", 40 * n, 8 * s->in->tested_pairs + 33 * s->in->near_pairs,
+               lists ? lanes_in_use(lengths_of_lists(f.grid, s->neighbours)) : 0},
   };
 }
 
@@ -256,7 +275,7 @@ Case collisions_case(const std::string& path) {
             return judgement;
           },
       .hash = [s] { return hash_of(s->openmp, s->in->fluid.particles.count, 0); },
-      .work = {n, "particles", 60 * n, 3 * 16 * n},
+      .work = {n, "particles", 60 * n, 3 * 16 * n, lanes_in_use(std::array{n})},
   };
 }
 
@@ -284,7 +303,7 @@ Case advance_case(const std::string& path) {
             return judgement;
           },
       .hash = [s] { return hash_of(s->openmp); },
-      .work = {n, "particles", 72 * n, 3 * 10 * n},
+      .work = {n, "particles", 72 * n, 3 * 10 * n, lanes_in_use(std::array{n})},
   };
 }
 

@@ -5,10 +5,13 @@
 // benchmark times it; neither knows what is computed.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
+
+#include "common/simd.h"
 
 namespace lockstep::verify {
 
@@ -32,10 +35,19 @@ struct Judgement {
 // What one run of a kernel does at the least: for items/s, GB/s and GFLOP/s.
 struct Work {
   double items;
-  std::string unit;  // of an item
-  double bytes;      // that must come from and go to memory once
-  double flops;      // of the serial form
+  std::string unit;     // of an item
+  double bytes;         // that must come from and go to memory once
+  double flops;         // of the serial form
+  double lane_use = 0;  // openmp: the share of its vectors' lanes that hold something; 0 where only the kernel could tell
 };
+
+// The share of lanes in use where runs of so many elements each begin in a vector of their own.
+template <class Lengths>
+double lanes_in_use(const Lengths& lengths) {
+  double used = 0, there = 0;
+  for (const double n : lengths) used += n, there += std::ceil(n / lanes) * lanes;
+  return there > 0 ? used / there : 0;
+}
 
 // One kernel in one form on one scene: inputs made, truth known. The functions share their state.
 struct Case {

@@ -15,15 +15,20 @@ using namespace lockstep::verify;
 
 constexpr int max_threads = 1024;
 
-void add_common(CLI::App* command, Options& options) {
+void add_selection(CLI::App* command, Options& options) {
   command->add_option("--kernel", options.kernel, "only this kernel: its path below serial/, such as fluid/forces");
   command->add_option("--form", options.form, "only this form of it, such as owner_gather");
   command->add_option("--scene", options.scene, "only this scene: its name, or a .toml or .fluid file");
+  command->add_option("--json", options.json, "write the rows to this file");
+}
+
+void add_threads(CLI::App* command, Options& options) {
   command->add_option("--threads", options.threads, "at these thread counts, such as 1,2,4")
       ->delimiter(',')
       ->check(CLI::Range(1, max_threads));
-  command->add_option("--json", options.json, "write the rows to this file");
 }
+
+void add_quick(CLI::App* command, bool& quick) { command->add_flag("--quick", quick, "fewer repeats and sizes, to see that it works"); }
 
 }  // namespace
 
@@ -39,11 +44,22 @@ int main(int argc, char** argv) {
   RunOptions run_options;
 
   CLI::App* verify_command = app.add_subcommand("verify", "compare every openmp kernel with its serial twin");
-  add_common(verify_command, options);
+  add_selection(verify_command, options);
+  add_threads(verify_command, options);
   verify_command->add_flag("--full", options.full, "on all scenes");
 
   CLI::App* bench_command = app.add_subcommand("bench", "time every kernel");
-  add_common(bench_command, options);
+  add_selection(bench_command, options);
+  add_threads(bench_command, options);
+  add_quick(bench_command, options.quick);
+
+  ScaleOptions scale_options;
+  CLI::App* scale_command = app.add_subcommand("scale", "model every kernel on more cores than this machine has");
+  add_selection(scale_command, scale_options);
+  scale_command->add_option("--cores", scale_options.cores, "on these numbers of cores (default: 1,2,4,...,128; quick: 1,2,64)")
+      ->delimiter(',')
+      ->check(CLI::Range(1, max_threads));
+  add_quick(scale_command, scale_options.quick);
 
   CLI::App* run_command = app.add_subcommand("run", "simulate a scene");
   run_command->add_option("--scene", run_options.scene, "a .toml or .fluid file")->required();
@@ -57,8 +73,9 @@ int main(int argc, char** argv) {
       ->required();
 
   FigureOptions figure_options;
-  CLI::App* figures_command = app.add_subcommand("figures", "compute what the figures show, as CSV (make figures draws it)");
+  CLI::App* figures_command = app.add_subcommand("figures", "compute what the figures show (make figures draws it)");
   figures_command->add_option("--out", figure_options.out, "a folder")->required();
+  add_quick(figures_command, figure_options.quick);
 
   try {
     app.parse(argc, argv);
@@ -72,6 +89,9 @@ int main(int argc, char** argv) {
     if (options.threads.empty()) options.threads = verify_command->parsed() ? std::vector<int>{1, 2, 3} : std::vector<int>{1, 2};
     if (verify_command->parsed()) return verify(options);
     if (bench_command->parsed()) return bench(options);
+    if (scale_options.cores.empty())
+      scale_options.cores = scale_options.quick ? std::vector<int>{1, 2, 64} : std::vector<int>{1, 2, 4, 8, 16, 32, 64, 128};
+    if (scale_command->parsed()) return scale(scale_options);
     if (figures_command->parsed()) return figures(figure_options);
     return run(run_options);
   } catch (const lockstep::InputError& error) {

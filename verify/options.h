@@ -11,7 +11,12 @@ struct Options {
   std::string scene;         // only this one: a name that the kernels know, or a file of the user's own
   std::vector<int> threads;  // at these counts
   bool full = false;         // all scenes
+  bool quick = false;        // fewer repeats, where times need not be good
   std::string json;          // where the rows go; nowhere if empty
+};
+
+struct ScaleOptions : Options {
+  std::vector<int> cores;  // on these numbers of cores
 };
 
 struct RunOptions {
@@ -24,13 +29,15 @@ struct RunOptions {
 };
 
 struct FigureOptions {
-  std::string out;  // a folder
+  std::string out;     // a folder
+  bool quick = false;  // less of everything: to see that it works
 };
 
 // Each returns the program's exit code: 0, or 1 where a check failed. Bad input throws InputError.
 int verify(const Options& options);
 int bench(const Options& options);
+int scale(const ScaleOptions& options);
 int run(const RunOptions& options);
-int figures(const FigureOptions& options);  // writes the numbers behind each figure, NAME.csv
+int figures(const FigureOptions& options);  // writes the numbers behind each figure, NAME.json
 
 }  // namespace lockstep::verify

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <fstream>
 #include <thread>
 
@@ -28,6 +29,13 @@ std::string environment(const char* name) {
   return value ? value : "";
 }
 
+std::string today() {
+  const std::time_t time = std::time(nullptr);
+  char text[11];
+  std::strftime(text, sizeof text, "%F", std::gmtime(&time));
+  return text;
+}
+
 }  // namespace
 
 nlohmann::ordered_json machine() {
@@ -38,7 +46,7 @@ nlohmann::ordered_json machine() {
 #else
         {"compiler", "g++ " __VERSION__},
 #endif
-        {"flags", LOCKSTEP_FLAGS}, {"commit", LOCKSTEP_COMMIT},
+        {"flags", LOCKSTEP_FLAGS}, {"commit", LOCKSTEP_COMMIT}, {"date", today()},
         {"omp",
          {{"version", _OPENMP},
           {"max_threads", omp_get_max_threads()},

@@ -6,7 +6,7 @@
 
 namespace lockstep::verify {
 
-// cpu, cores, isa, lanes, compiler, flags, commit, omp settings.
+// cpu, cores, isa, lanes, compiler, flags, commit, date (UTC), omp settings.
 nlohmann::ordered_json machine();
 
 // Writes {"machine": ..., "rows": rows} whole or not at all. Throws InputError where it cannot be written.

@@ -191,12 +191,27 @@ Case place_case(const std::string& path) {
 
 // A broad phase without a state, or with one that is as the step before left it.
 Case pairs_case(const std::string& path, std::function<void(const Inputs&, Pairs&)> serial,
-                std::function<void(const Inputs&, Pairs&)> openmp) {
+                std::function<void(const Inputs&, Pairs&)> openmp, double lane_use = 0) {
   const Shared in = inputs(path);
   const auto with = [in](std::function<void(const Inputs&, Pairs&)> find) { return [in, find](Pairs& pairs) { find(*in, pairs); }; };
   const double n = in->now.bounds.count, found = static_cast<double>(in->now.bounded.size());
   return bitwise_case<Pairs>({}, with(serial), with(openmp), [](const Pairs& pairs) { return words_of(pairs); },
-                             {n, "boxes", n * bytes_of_box + found * sizeof(Pair), found * 6});
+                             {n, "boxes", n * bytes_of_box + found * sizeof(Pair), found * 6, lane_use});
+}
+
+// How many boxes each meets along the axis that sweep and prune takes: its candidates, tested sixteen at once.
+std::vector<int> candidates_of_sweep(const Bounds<float>& bounds, int axis) {
+  const auto along = [axis](const Vectors<float>& v) { return axis == 0 ? v.x.data() : axis == 1 ? v.y.data() : v.z.data(); };
+  std::vector<float> low;
+  for (int i = 0; i < bounds.count; ++i)
+    if (bounds.bounded(i)) low.push_back(along(bounds.low)[i]);
+  std::ranges::sort(low);
+  std::vector<int> candidates;
+  for (int i = 0; i < bounds.count; ++i)
+    if (bounds.bounded(i))
+      candidates.push_back(
+          static_cast<int>(std::ranges::upper_bound(low, along(bounds.high)[i]) - std::ranges::upper_bound(low, along(bounds.low)[i])));
+  return candidates;
 }
 
 Case tree_case(const std::string& path, bool refit, RefitTree<float>* serial_change, RefitTree<float>* openmp_change) {
@@ -333,6 +348,12 @@ double rows_of(const Inputs& in) {
   return points * solver.substeps * (solver.pushing + 3 * solver.resting);
 }
 
+std::vector<int> sizes_of(const Batches& batches) {
+  std::vector<int> sizes(batches.count());
+  for (int k = 0; k < batches.count(); ++k) sizes[k] = batches.begin[k + 1] - batches.begin[k];
+  return sizes;
+}
+
 Case solver_case(const std::string& path, bool reordered) {
   const Shared in = inputs(path);
   const auto original = [in](SolveOriginal<float>* solve) {
@@ -358,7 +379,8 @@ Case solver_case(const std::string& path, bool reordered) {
                                     };
                                     return words;
                                   },
-                                  {rows, "rows", contacts * (bytes_of_manifold + 2 * sizeof(Impulses<float>)), rows * 75});
+                                  {rows, "rows", contacts * (bytes_of_manifold + 2 * sizeof(Impulses<float>)), rows * 75,
+                                   reordered ? lanes_in_use(sizes_of(in->now.batches)) : 0});
   if (reordered) {
     const auto s = std::make_shared<Solved>(solver_start(*in));
     run.best_serial = [s, start = solver_start(*in), solve = original(serial::solve_contacts_original)] { solve(*s); };
@@ -522,7 +544,8 @@ std::vector<Kernel> rigid_kernels() {
   const Scenes more = {"soup_1",     "soup_50", "hull_soup",  "box_pit_4000", "hull_pit_2000",
                        "pyramid_24", "wall",    "castle_hit", "dominoes_1000"};
   const Scenes many = {"castle", "boxes_100k"}, of_boxes = {"box_pit_4000", "pyramid_24"}, of_hulls = {"hull_pit_2000", "hull_soup"};
-  const Scenes settled = {"pyramid_24", "box_pit_4000", "hull_pit_2000"};
+  const Scenes settled = {"pyramid_24", "box_pit_4000", "hull_pit_2000"},
+               and_castle = {"pyramid_24", "box_pit_4000", "hull_pit_2000", "castle_hit"};
 
   add("rigid/place_colliders", "", all, more, many, place_case);
   add("rigid/sweep_and_prune", "batch", all, more, many, [](const std::string& path) {
@@ -532,7 +555,12 @@ std::vector<Kernel> rigid_kernels() {
         find(in.now.bounds, in.group(), order, pairs);
       };
     };
-    return pairs_case(path, sweep(serial::sweep_and_prune_batch), sweep(openmp::sweep_and_prune_batch));
+    const Shared in = inputs(path);
+    SweepOrder order;
+    Pairs pairs;
+    serial::sweep_and_prune_batch(in->now.bounds, in->group(), order, pairs);
+    return pairs_case(path, sweep(serial::sweep_and_prune_batch), sweep(openmp::sweep_and_prune_batch),
+                      lanes_in_use(candidates_of_sweep(in->now.bounds, order.axis)));
   });
   add("rigid/bvh", "build", all, more, many,
       [](const std::string& path) { return tree_case(path, false, serial::build_tree, openmp::build_tree); });
@@ -580,13 +608,13 @@ std::vector<Kernel> rigid_kernels() {
   add("rigid/batches", "parallel", all, more, settled,
       [](const std::string& path) { return batches_case(path, openmp::reorder_contacts_parallel); });
   add("rigid/contact_solver", "original", all, more, settled, [](const std::string& path) { return solver_case(path, false); });
-  add("rigid/contact_solver", "batches", all, more, settled, [](const std::string& path) { return solver_case(path, true); });
+  add("rigid/contact_solver", "batches", all, more, and_castle, [](const std::string& path) { return solver_case(path, true); });
   add("rigid/contact_solver", "batches_for_original", {"four_bodies", "castle"}, {"pyramid_24", "box_pit_4000", "hull_pit_2000"}, {},
       convergence_case);
   add("rigid/integrate", "", all, more, many, advance_case);
   add("rigid/step", "original", all, more, settled,
       [](const std::string& path) { return step_case(path, serial::step_original, openmp::step_original); });
-  add("rigid/step", "batches", all, more, settled,
+  add("rigid/step", "batches", all, more, and_castle,
       [](const std::string& path) { return step_case(path, serial::step_batches, openmp::step_batches); });
   add("rigid/step", "batches_run", {"four_bodies", "degenerate", "soup_10", "castle_hit"}, more, {},
       [](const std::string& path) { return run_case(path, serial::step_batches, openmp::step_batches); });

@@ -1,37 +1,171 @@
-"""Draws every figure from its CSV, and an index page: draw.py FOLDER, where `build/lockstep figures` left the CSVs.
+"""Draws every figure, and an index page: draw.py FOLDER, where `make figures` left the JSON.
 
-A figure is a module beside this one that is named as its CSV, with TITLE, PAPER (what the paper shows), HERE (what we see) and
-draw(rows), which gives a matplotlib figure; rows are dictionaries, one a line of the CSV.
+A figure is a module beside this one, named in FIGURES, with
+    TITLE, PAPER_FIGURE, PAPER   what the paper shows, and where
+    table(data)                  the rows behind the figure, from the JSON; each says under "from" which JSON rows it was computed from
+    draw(rows)                   a matplotlib figure of them
+    here(rows)                   a list of paragraphs: what is seen here, and why a paper's claim is not reached where it is not
+    in_short(rows)               its row of the index: paper, measured, modelled, scene
+    details(rows)                where there is one: HTML to stand below the figure
+FOLDER gets NAME.csv and NAME.svg of each and index.html, which holds all figures itself.
 """
 
+import base64
 import csv
 import html
 import importlib
+import io
 import pathlib
 import sys
 
-import matplotlib
+import page
+import source
+import style
 
-matplotlib.use("svg")
-matplotlib.rcParams["svg.hashsalt"] = "lockstep"  # the same file from the same numbers
+FIGURES = [
+    "contact_batches",
+    "fsm_over_fmm",
+    "scalability",
+    "modules",
+    "cloth_convergence",
+    "frame_times",
+    "sph_locks",
+    "roofline",
+    "levelset_slice",
+    "model_validation",
+]
+
+STYLE = """
+body { font: 15px/1.45 sans-serif; max-width: 1180px; margin: 1.5em auto; padding: 0 1em; color: #111; }
+h1 { font-size: 1.5em; } h2 { font-size: 1.2em; margin: 2em 0 .4em; }
+img { display: block; max-width: 100%; height: auto; margin: .6em 0; }
+p, ul { max-width: 75em; margin: .5em 0; }
+table { border-collapse: collapse; font-size: 12px; line-height: 1.3; margin: .8em 0; }
+th, td { border: 1px solid #bbb; padding: 2px 6px; text-align: left; vertical-align: top; }
+th { background: #eee; } tr.off td { font-weight: bold; background: #f6e3d8; }
+tr { break-inside: avoid; } thead { display: table-header-group; }
+figure { margin: 0; break-inside: avoid; } .source { font-size: 12px; color: #444; max-width: none; }
+@page { size: A4 landscape; margin: 10mm; }
+@media print {
+  body { max-width: none; margin: 0; padding: 0; font-size: 9pt; line-height: 1.3; } p, ul { max-width: none; } table { font-size: 7pt; }
+  section { break-before: page; } h2 { margin-top: 0; break-after: avoid; } img { max-height: 105mm; } .source { break-before: avoid; }
+  a { color: inherit; text-decoration: none; } th, tr.off td { -webkit-print-color-adjust: exact; print-color-adjust: exact; }
+}
+"""
+
+
+def csv_of(rows):
+    columns = [c for c in dict.fromkeys(c for r in rows for c in r) if c != "from"] + ["from"]
+    text = io.StringIO()
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def files_behind(rows):
+    return sorted({reference.split(".json#")[0] for r in rows for reference in r["from"].split(",")})
+
+
+def told(data, names, what):
+    """What the machines of these reports say of one thing; more than one where they differ."""
+    return ", ".join(dict.fromkeys(what(data[name]) for name in names))
+
+
+def stamp(data, rows):
+    """Machine, date and commit of the reports behind rows."""
+    names = files_behind(rows)
+    return [
+        told(data, names, lambda d: f"{d['machine']['cpu']}, {d['machine']['cores']} cores, {d['machine']['isa']}"),
+        told(data, names, lambda d: d["machine"]["date"]),
+        told(data, names, lambda d: d["machine"]["commit"]),
+    ]
+
+
+def index_table(data, tables, figures):
+    header = ["figure", "paper's figure", "paper's numbers", "measured here", "modelled here", "scene", "machine", "date", "commit"]
+    rows = []
+    for name, figure in figures.items():
+        short = figure.in_short(tables[name])
+        numbers = [short[what] for what in ("paper", "measured", "modelled", "scene")]
+        rows.append([page.link(f"#{name}", figure.TITLE), figure.PAPER_FIGURE, *numbers, *stamp(data, tables[name])])
+    return page.table(header, rows)
+
+
+def section(data, name, figure, rows, svg):
+    image = base64.b64encode(svg).decode()
+    title, paper_figure, paper = (html.escape(text) for text in (figure.TITLE, figure.PAPER_FIGURE, figure.PAPER))
+    first, *others = (html.escape(text) for text in figure.here(rows))
+    points = "<ul>" + "".join(f"<li>{text}</li>\n" for text in others) + "</ul>\n" if others else ""
+    details = figure.details(rows) if hasattr(figure, "details") else ""
+    behind = ", ".join(f"{file}.json" for file in files_behind(rows))
+    return (
+        f"<section id='{name}'>\n<h2>{title}</h2>\n<figure><img src='data:image/svg+xml;base64,{image}' alt='{title}'></figure>\n"
+        f"<p><b>The paper</b> ({paper_figure}): {paper}</p>\n<p><b>Here:</b> {first}</p>\n{points}{details}"
+        f"<p class='source'>Numbers: <a href='{name}.csv'>{name}.csv</a>, computed from {behind}; script: notes/figures/{name}.py; "
+        f"{html.escape('; '.join(stamp(data, rows)))}</p>\n</section>\n"
+    )
+
+
+def facts_of(machine):
+    """What a report says of its machine, flat and as text."""
+    facts = {what: str(value) for what, value in machine.items() if what not in ("omp", "costs", "peaks")}
+    facts |= {f"OpenMP: {what}": str(value) for what, value in machine["omp"].items()}
+    facts |= {f"cost: {what}": page.number(value) for what, value in machine.get("costs", {}).items()}
+    for peak in machine.get("peaks", []):
+        for what in ("triad_gb_per_s", "fma_gflop_per_s"):
+            facts[f"peak on {page.threads(peak['threads'])}: {what}"] = page.number(peak[what])
+    return facts
+
+
+def machine_section(data):
+    """First what all reports agree on, then what each found; reports that found the same share a column."""
+    facts = {name: facts_of(report["machine"]) for name, report in data.items()}
+    every = dict.fromkeys(what for found in facts.values() for what in found)
+    agreed = [what for what in every if len({found.get(what) for found in facts.values()}) == 1]
+    found_by = {}
+    for name, found in facts.items():
+        found_by.setdefault(tuple(found.get(what, "–") for what in every if what not in agreed), []).append(f"{name}.json")
+    rest = [[what, *values] for what, values in zip((what for what in every if what not in agreed), zip(*found_by))]
+    return (
+        "<section id='machine'>\n<h2>The machine, and what things cost on it</h2>\n"
+        + page.table(["all reports", ""], [[what, next(iter(facts.values()))[what]] for what in agreed])
+        + page.table(["", *(", ".join(names) for names in found_by.values())], rest)
+        + "</section>\n"
+    )
 
 
 def main(folder):
-    entries = []
-    for path in sorted(folder.glob("*.csv")):
-        figure = importlib.import_module(path.stem)
-        with open(path, newline="") as lines:
-            rows = list(csv.DictReader(lines))
-        figure.draw(rows).savefig(path.with_suffix(".svg"), metadata={"Date": None}, bbox_inches="tight")
-        entries.append(
-            f"<h2>{html.escape(figure.TITLE)}</h2>\n<img src='{path.stem}.svg' alt=''>\n"
-            f"<p><b>The paper:</b> {html.escape(figure.PAPER)}</p>\n<p><b>Here:</b> {html.escape(figure.HERE)}</p>\n"
-            f"<p><a href='{path.name}'>{path.name}</a>, notes/figures/{path.stem}.py</p>\n"
-        )
+    data = source.load(folder)
+    figures = {name: importlib.import_module(name) for name in FIGURES}
+    tables = {name: figure.table(data) for name, figure in figures.items()}
+    sections = []
+    for name, figure in figures.items():
+        (folder / f"{name}.csv").write_text(csv_of(tables[name]))
+        svg = style.svg_of(figure.draw(tables[name]))
+        (folder / f"{name}.svg").write_bytes(svg)
+        sections.append(section(data, name, figure, tables[name], svg))
+    validation = figures["model_validation"]
     index = folder / "index.html"
-    index.write_text("<!doctype html><meta charset='utf-8'><title>Lockstep: figures</title>\n<h1>Figures</h1>\n" + "".join(entries))
+    text = (
+        "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'><title>Lockstep: figures</title>\n"
+        f"<style>{STYLE}</style></head><body>\n<h1>Lockstep: the papers' figures</h1>\n"
+        "<p>[ITJ07]: <i>High-Performance Physical Simulations on Next-Generation Architecture with Many Cores</i>, Intel Technology "
+        "Journal 11(3), 2007. [LRB08]: <i>Game Physics Performance on the Larrabee Architecture</i>, 2008. Their speed-ups come "
+        "from a simulator. Here <b>measured</b> is what this machine took, with filled markers, solid lines and, where the repeats were "
+        "kept, bars as long as their interquartile range; <b>modelled</b> is what the scaling model (notes/scaling.md) says of more cores, "
+        "with hollow markers and dashed lines. Each row of a figure's CSV names the rows of the JSON that it was computed from.</p>\n"
+        f"<p><b>The model at 2 threads:</b> {html.escape(validation.summary(tables['model_validation'], 2))}; "
+        "<a href='#model_validation'>every run</a>. <a href='#machine'>The machine and its costs</a>.</p>\n"
+        f"{index_table(data, tables, figures)}{''.join(sections)}{machine_section(data)}</body></html>\n"
+    )
+    index.write_text(text.replace(" %", "\N{NO-BREAK SPACE}%"))
     print(index)
 
 
 if __name__ == "__main__":
-    main(pathlib.Path(sys.argv[1]))
+    try:
+        main(pathlib.Path(sys.argv[1]))
+    except source.Missing as missing:
+        print(f"draw.py: {missing}", file=sys.stderr)
+        sys.exit(2)

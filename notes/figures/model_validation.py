@@ -1,0 +1,80 @@
+"""The scaling model against the machine, at the thread counts that the machine has."""
+
+import statistics
+
+import page
+import source
+import style
+
+TITLE = "The scaling model against measurements"
+PAPER_FIGURE = "none"
+PAPER = "The papers show no such comparison of their simulator."
+BAND = 0.1
+
+
+def table(data):
+    columns = ("kernel", "form", "scene", "cores", "measured_ms", "modelled_ms", "off_by", "from")
+    rows = [{c: r[c] for c in columns} for r in source.rows_of(data, "scale") if "off_by" in r]
+    if not any(r["cores"] == 2 for r in rows):
+        raise source.Missing("scale.json: no row at 2 cores that was measured, too")
+    return rows
+
+
+def summary(rows, cores):
+    own = [r for r in rows if r["cores"] == cores]
+    within = sum(abs(r["off_by"]) <= BAND for r in own)
+    median = page.signed_percent(statistics.median(r["off_by"] for r in own))
+    worst = max(own, key=lambda r: abs(r["off_by"]))
+    name = " ".join(filter(None, (worst["kernel"], worst["form"], worst["scene"])))
+    return f"{within} of {len(own)} within {100 * BAND:.0f} %, median {median}, worst {page.signed_percent(worst['off_by'])} ({name})"
+
+
+def in_short(rows):
+    return {
+        "paper": "–",
+        "measured": f"{len({(r['kernel'], r['form'], r['scene']) for r in rows})} runs at 1 and 2 threads",
+        "modelled": f"2 threads: {summary(rows, 2)}",
+        "scene": "all that bench times",
+    }
+
+
+def here(rows):
+    return [
+        f"Modelled time over measured time: 1 thread: {summary(rows, 1)}; 2 threads: {summary(rows, 2)}. The shaded band is "
+        f"{100 * BAND:.0f} % to either side. The model knows no traffic between caches, which makes short kernels slower than it says, and "
+        "takes each core's work as timed with one core's caches, which makes large ones faster (notes/scaling.md). Beyond 2 cores nothing "
+        "here can check it."
+    ]
+
+
+def details(rows):
+    runs = {}
+    for r in rows:
+        runs.setdefault((r["kernel"], r["form"], r["scene"]), {})[r["cores"]] = r
+    at_two = {name: by_cores for name, by_cores in runs.items() if 2 in by_cores}
+    header = ["kernel", "form", "scene", "measured, ms, 2 threads", "modelled, ms, 2 threads", "off by", "off by, 1 thread", "JSON row"]
+    cells = [
+        [*name, page.number(by[2]["measured_ms"]), page.number(by[2]["modelled_ms"]), page.signed_percent(by[2]["off_by"])]
+        + [page.signed_percent(by[1]["off_by"]) if 1 in by else "–", by[2]["from"]]
+        for name, by in at_two.items()
+    ]
+    marked = [i for i, by in enumerate(at_two.values()) if abs(by[2]["off_by"]) > BAND]
+    return f"<p>2 threads: {summary(rows, 2)}. Rows further off are marked.</p>\n" + page.table(header, cells, marked=marked)
+
+
+def draw(rows):
+    widest = max(max(1 + r["off_by"], 1 / (1 + r["off_by"])) for r in rows)
+    kernels = list(dict.fromkeys(r["kernel"] for r in rows))
+    figure, [[axis]] = style.panels(1, 1, 8.5, 1.2 + 0.2 * len(kernels))
+    axis.axvspan(1 - BAND, 1 + BAND, color="#dddddd", zorder=0)
+    axis.axvline(1, **style.BOUND)
+    for series, cores in enumerate((1, 2)):
+        own = [r for r in rows if r["cores"] == cores]
+        places = [kernels.index(r["kernel"]) - 0.15 + 0.3 * series for r in own]
+        look = {"color": style.COLOURS[series], "marker": style.MARKERS[series], "linestyle": "none", "markersize": 4.5}
+        axis.plot([1 + r["off_by"] for r in own], places, markerfacecolor="white", label=page.threads(cores), **look)
+    style.log_x(axis, "modelled time / measured time", (1, 2, 5) if widest > 2 else (0.8, 0.9, 1, 1.1, 1.2, 1.4, 1.6, 1.8))
+    axis.set_yticks(range(len(kernels)), kernels)
+    axis.set_ylim(len(kernels) - 0.4, -0.6)
+    style.key_below(figure, axis.get_legend_handles_labels()[0])
+    return figure

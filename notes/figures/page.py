@@ -1,0 +1,38 @@
+"""Small pieces of HTML, and how numbers are written."""
+
+import html
+
+
+def link(target, text):
+    """A cell that table() takes as it is."""
+    return (f"<a href='{target}'>{html.escape(text)}</a>",)
+
+
+def table(header, rows, marked=()):
+    """A table of text and links; rows whose number is in `marked` stand out."""
+
+    def line(tag, row):
+        return "".join(f"<{tag}>{cell[0] if isinstance(cell, tuple) else html.escape(str(cell))}</{tag}>" for cell in row)
+
+    body = "".join(f"<tr{' class=off' if i in marked else ''}>{line('td', row)}</tr>\n" for i, row in enumerate(rows))
+    return f"<table><thead><tr>{line('th', header)}</tr></thead>\n<tbody>\n{body}</tbody></table>\n"
+
+
+def number(value, unit=""):
+    """Three digits, a dash for what is not known."""
+    if value is None:
+        return "–"
+    return (f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}") + (f" {unit}" if unit else "")
+
+
+def plain(value, _):
+    """A tick of an axis, without exponent."""
+    return f"{value:,.0f}" if value >= 1 and value == round(value) else f"{value:g}"
+
+
+def threads(count):
+    return "1 thread" if count == 1 else f"{count} threads"
+
+
+def signed_percent(value):
+    return "–" if value is None else f"{100 * value:+.1f} %"

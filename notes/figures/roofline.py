@@ -1,0 +1,147 @@
+"""Every kernel against what the machine can compute and move."""
+
+import math
+
+import page
+import source
+import style
+
+TITLE = "Roofline of every kernel"
+PAPER_FIGURE = "none"
+PAPER = "The papers have no such figure; it says what bounds a kernel on this machine."
+DOMAINS = {"rigid": 0, "fluid": 1, "cloth": 2, "levelset": 3}
+
+
+def table(data):
+    rows = []
+    for r in source.rows_of(data, "bench"):
+        if r["variant"] == "serial_twin":
+            continue
+        named = {c: r[c] for c in ("kernel", "form", "scene", "variant", "threads", "ms", "bytes", "flops")} | {"from": r["from"]}
+        if r["flops"] > 0 and r["bytes"] > 0:
+            named |= {"flops_per_byte": r["flops"] / r["bytes"], "gflop_per_s": 1e-6 * r["flops"] / r["ms"], "spread": r["spread"]}
+        rows.append(named)
+    # A kernel and form has one scene here, the one that moves the most bytes; they are numbered.
+    largest = {}
+    for r in rows:
+        key = r["kernel"], r["form"]
+        if key not in largest or r["bytes"] > largest[key]["bytes"]:
+            largest[key] = r
+    rows = [r for r in rows if r["scene"] == largest[r["kernel"], r["form"]]["scene"]]
+    numbers = {}
+    for r in rows:
+        if "gflop_per_s" in r:
+            r["number"] = numbers.setdefault((r["kernel"], r["form"]), len(numbers) + 1)
+    for peak in data["bench"]["machine"].get("peaks", []):
+        rows.append({"variant": "peak"} | peak)
+    if not any(r["variant"] == "peak" for r in rows):
+        raise source.Missing("bench.json: machine has no peaks")
+    return rows
+
+
+def domain(r):
+    return r["kernel"].split("/")[0]
+
+
+def points(rows, variant, threads):
+    return [r for r in rows if r["variant"] == variant and r["threads"] == threads and "gflop_per_s" in r]
+
+
+def without_flops(rows):
+    return list(dict.fromkeys(f"{r['kernel']} {r['form']}".strip() for r in rows if r["variant"] != "peak" and "gflop_per_s" not in r))
+
+
+def share_of_roof(rows, r):
+    peak = source.at(rows, variant="peak", threads=r["threads"])
+    return r["gflop_per_s"] / min(peak["fma_gflop_per_s"], peak["triad_gb_per_s"] * r["flops_per_byte"])
+
+
+def roof_words(peak):
+    return f"{page.threads(peak['threads'])}: {peak['triad_gb_per_s']:.3g} GB/s, {peak['fma_gflop_per_s']:.3g} GFLOP/s"
+
+
+def in_short(rows):
+    def best(variant, threads):
+        r = max(points(rows, variant, threads), key=lambda r: r["gflop_per_s"])
+        return f"{r['gflop_per_s']:.3g} GFLOP/s ({r['kernel']} {r['form']})".replace(" )", ")")
+
+    return {
+        "paper": "–",
+        "measured": f"highest: serial {best('serial', 1)}, 1 thread {best('openmp', 1)}, 2 threads {best('openmp', 2)}",
+        "modelled": "–",
+        "scene": "of each kernel the one that moves the most bytes",
+    }
+
+
+def here(rows):
+    peaks = [r for r in rows if r["variant"] == "peak"]
+    roofs = "; ".join(roof_words(p) for p in peaks)
+    above = [f"{r['number']}" for r in points(rows, "openmp", 1) if share_of_roof(rows, r) > 1]
+    return [
+        f"The roofs are measured: triad beyond the caches, and independent multiply-adds in lanes ({roofs}). Flops and bytes are declared "
+        "beside each kernel in the verifier: the flops of the serial form, so that what openmp does more of does not count, and the bytes "
+        "that must come from and go to memory once, so that a kernel that reads its data again stands further right than it is. Left: "
+        "from the serial time (cross) to openmp on one thread (its number). Right: openmp on two threads. A kernel above the slanted roof "
+        "has its data in the caches"
+        + (f" ({', '.join(above)} on one thread). " if above else ". ")
+        + (f"Without flops, and left out: {', '.join(without_flops(rows))}." if without_flops(rows) else "")
+    ]
+
+
+def details(rows):
+    numbered = {}
+    for r in rows:
+        if "gflop_per_s" in r:
+            numbered.setdefault(r["number"], {})[r["variant"], r["threads"]] = r
+    header = ["number", "kernel", "form", "scene", "flops/byte", "GFLOP/s: serial", "1 thread", "of its roof", "2 threads", "of its roof"]
+    cells = []
+    for number, runs in numbered.items():
+        r, two = runs["openmp", 1], runs["openmp", 2]
+        cells.append(
+            [number, r["kernel"], r["form"], r["scene"], page.number(r["flops_per_byte"]), page.number(runs["serial", 1]["gflop_per_s"])]
+            + [page.number(r["gflop_per_s"]), f"{100 * share_of_roof(rows, r):.0f} %"]
+            + [page.number(two["gflop_per_s"]), f"{100 * share_of_roof(rows, two):.0f} %"]
+        )
+    return page.table(header, cells)
+
+
+def label(axis, rows):
+    """Numbers beside the points, each at the first place, right or left and ever higher, where no point and no other number is."""
+    taken = [(math.log10(r["flops_per_byte"]), math.log10(r["gflop_per_s"])) for r in rows]
+    for r, (x, y) in zip(rows, taken[:]):
+        places = [(x + side * 0.13, y + 0.02 * step) for step in range(40) for side in (1, -1)]
+        place = next(p for p in places if not any(abs(p[0] - a) < 0.11 and abs(p[1] - b) < 0.09 for a, b in taken))
+        taken.append(place)
+        look = {"ha": "center", "va": "center", "fontsize": 6.5, "zorder": 5, "color": style.COLOURS[DOMAINS[domain(r)]]}
+        axis.annotate(f"{r['number']}", (10 ** place[0], 10 ** place[1]), path_effects=style.HALO, **look)
+
+
+def draw(rows):
+    figure, axes = style.panels(1, 2, 5.8, 6, sharex=True, sharey=True)
+    drawn = [r for r in rows if "gflop_per_s" in r]
+    low, high = (f(r["flops_per_byte"] for r in drawn) for f in (min, max))
+    reach = [low / 1.6, high * 1.6]
+    for axis, threads in zip(axes[0], (1, 2)):
+        peak = source.at(rows, variant="peak", threads=threads)
+        ridge = peak["fma_gflop_per_s"] / peak["triad_gb_per_s"]
+        corners = sorted([*reach, ridge])
+        axis.plot(corners, [min(peak["fma_gflop_per_s"], peak["triad_gb_per_s"] * x) for x in corners], **style.BOUND)
+        own = points(rows, "openmp", threads)
+        serial = {r["number"]: r for r in points(rows, "serial", 1)} if threads == 1 else {}
+        for r in own:
+            series = DOMAINS[domain(r)]
+            colour = style.COLOURS[series]
+            if serial:
+                s = serial[r["number"]]
+                axis.plot([r["flops_per_byte"]] * 2, [s["gflop_per_s"], r["gflop_per_s"]], color=colour, linewidth=0.5)
+                axis.plot(s["flops_per_byte"], s["gflop_per_s"], color=colour, marker="x", markersize=4)
+            style.measured(axis, [r["flops_per_byte"]], [r["gflop_per_s"]], series, [min(r["spread"], 1.5)])
+        label(axis, own)
+        style.log_x(axis, "flops / byte")
+        axis.set_xlim(reach)
+        style.log_y(axis, "GFLOP/s" if threads == 1 else "")
+        axis.set_title(roof_words(peak))
+    peaks = [r["fma_gflop_per_s"] for r in rows if r["variant"] == "peak"]
+    style.limit_to(axes[0][0], [r["gflop_per_s"] for r in drawn] + peaks, 1.5)
+    style.key_below(figure, [style.series_key(series, domain) for domain, series in DOMAINS.items()] + [style.serial_key()])
+    return figure

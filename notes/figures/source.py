@@ -1,0 +1,114 @@
+"""The JSON behind the figures: read, searched, and named row by row, so that each number of a CSV says where it came from.
+
+A reference is `bench.json#3`, the row 3 of rows (from 0), or `bench.json#machine/peaks/0`, a path from the top.
+"""
+
+import json
+
+NAMES = ["bench", "scale", "cloth_convergence", "levelset_blocks", "levelset_slice", "contact_batches"]
+
+# Where the cores' time goes, as the model's rows name it; what these leave of 1 is time that memory takes.
+SHARES = {
+    "work": "work",
+    "serial": "idle while one core works alone",
+    "together": "forks, joins and barriers",
+    "locks": "locks",
+    "dispatch": "fetching chunks of loops",
+    "waiting": "waiting for the slowest",
+    "memory": "waiting for memory",
+}
+
+
+class Missing(Exception):
+    """A file that a figure needs is not there or is no report, or has not the rows."""
+
+
+def load(folder):
+    """{name: {"machine": ..., "rows": [...]}}, where each row, and each peak of the machine, has its reference as "from"."""
+    data = {}
+    for name in NAMES:
+        path = folder / f"{name}.json"
+        try:
+            report = json.loads(path.read_text())
+            parts = {f"{i}": row for i, row in enumerate(report["rows"])}
+            parts |= {f"machine/peaks/{i}": peak for i, peak in enumerate(report["machine"].get("peaks", []))}
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise Missing(f"{path}: cannot be read: {error}") from error
+        for place, part in parts.items():
+            part["from"] = f"{name}.json#{place}"
+        data[name] = report
+    return data
+
+
+def references(*rows):
+    return ",".join(dict.fromkeys(reference for r in rows for reference in r["from"].split(",")))
+
+
+def rows_of(data, name, **wanted):
+    """All rows in which these columns have these values; at least one."""
+    found = [r for r in data[name]["rows"] if all(r.get(column) == value for column, value in wanted.items())]
+    if not found:
+        raise Missing(f"{name}.json: no row with " + ", ".join(f"{column} '{value}'" for column, value in wanted.items()))
+    return found
+
+
+def row_of(data, name, **wanted):
+    return rows_of(data, name, **wanted)[0]
+
+
+def first_scene(data, kernel, form, scenes):
+    """The first of these scenes on which the kernel was both timed and modelled."""
+    in_both = {r["scene"] for r in rows_of(data, "bench", kernel=kernel, form=form)}
+    in_both &= {r["scene"] for r in rows_of(data, "scale", kernel=kernel, form=form)}
+    for scene in scenes:
+        if scene in in_both:
+            return scene
+    raise Missing(f"bench.json and scale.json: '{kernel}' '{form}' on none of {', '.join(scenes)}")
+
+
+def where_time_goes(row):
+    """The shares of the cores' time, by SHARES; empty for what was measured."""
+    if "work" not in row:
+        return {}
+    shares = {share: row[share] for share in SHARES if share != "memory"}
+    return shares | {"memory": max(0.0, 1 - sum(shares.values()))}
+
+
+def over_cores(data, kernel, form, scene):
+    """Rows of one kernel over cores: measured by `bench` where the machine has the threads, modelled by `scale` everywhere."""
+    measured = sorted(rows_of(data, "bench", kernel=kernel, form=form, scene=scene, variant="openmp"), key=lambda r: r["threads"])
+    modelled = sorted(rows_of(data, "scale", kernel=kernel, form=form, scene=scene), key=lambda r: r["cores"])
+    rows = []
+    for kind, cores, ms, found in [("measured", "threads", "ms", measured), ("modelled", "cores", "modelled_ms", modelled)]:
+        one = found[0]
+        if one[cores] != 1:
+            raise Missing(f"'{kernel}' '{form}' on {scene}: nothing {kind} on one core")
+        for r in found:
+            rows.append(
+                {"kernel": kernel, "form": form, "scene": scene, "kind": kind, "cores": r[cores], "ms": r[ms], "spread": r.get("spread")}
+                | {"speed_up": one[ms] / r[ms], "speed_up_spread": spread_of_ratio(one, r) if r is not one else None}
+                | where_time_goes(r)
+                | {"from": references(one, r)}
+            )
+    return rows
+
+
+def spread_of_ratio(a, b):
+    """The spread of a time over another, where both spreads are known: relative errors add as squares."""
+    return (a["spread"] ** 2 + b["spread"] ** 2) ** 0.5 if "spread" in a and "spread" in b else None
+
+
+def at(rows, **wanted):
+    """Of a figure's own rows the one with these values, or None."""
+    return next((r for r in rows if all(r.get(column) == value for column, value in wanted.items())), None)
+
+
+def most_cores(rows, limit=64):
+    """The most cores that rows have, up to what the papers simulate."""
+    return max(r["cores"] for r in rows if r.get("cores") and r["cores"] <= limit)
+
+
+def losses(row):
+    """In words, where the time goes that is not work: the largest shares first, those below 5 % left out."""
+    shares = sorted(((row[share], words) for share, words in SHARES.items() if share != "work" and row[share] >= 0.05), reverse=True)
+    return ", ".join(f"{words} {100 * share:.0f} %" for share, words in shares) or "nothing above 5 %"

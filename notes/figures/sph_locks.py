@@ -1,0 +1,77 @@
+"""A step of the fluid by how threads are kept from each other's particles."""
+
+import source
+import style
+
+TITLE = "Game fluid: what locks cost"
+PAPER_FIGURE = "[LRB08], on Figure 9"
+PAPER = (
+    "A lock a grid cell would cost much; sub-grids owned by threads, with locks for cells on their borders alone, almost entirely "
+    "amortise it. The paper gives no numbers."
+)
+FORMS = {
+    "owner_gather": "no lock: each particle gathers its own sums",
+    "pair_lists": "no lock: pairs listed once",
+    "sub_grid": "locks on the borders of sub-grids",
+    "cell_locks": "a lock a cell",
+}
+
+
+def table(data):
+    scene = source.first_scene(data, "fluid/step", "cell_locks", ["dam_break_500k", "dam_break_100k"])
+    return [r for form in FORMS for r in source.over_cores(data, "fluid/step", form, scene)]
+
+
+def of_each(rows, kind, cores):
+    return [r for r in rows if r["kind"] == kind and r["cores"] == cores]
+
+
+def in_short(rows):
+    most = source.most_cores(rows)
+    return {
+        "paper": "a lock a cell costs much, locks on borders almost nothing",
+        "measured": "2 threads: " + ", ".join(f"{r['form']} {r['ms']:.3g} ms" for r in of_each(rows, "measured", 2)),
+        "modelled": f"{most} cores: "
+        + ", ".join(f"{r['form']} {r['ms']:.3g} ms ({100 * r['locks']:.0f} % in locks)" for r in of_each(rows, "modelled", most)),
+        "scene": rows[0]["scene"],
+    }
+
+
+def here(rows):
+    most = source.most_cores(rows)
+    paragraphs = [f"{rows[0]['scene']}, fluid/step. Locks: the share of the cores' time in taking locks and waiting for them; modelled, "
+    "also at 1 and 2 cores."]
+    for r in of_each(rows, "modelled", most):
+        one = source.at(rows, kind="modelled", form=r["form"], cores=1)
+        paragraphs.append(
+            f"{r['form']}: {100 * one['locks']:.0f} % in locks on one core, {100 * r['locks']:.0f} % on {most}, {r['speed_up']:.1f}x; the "
+            f"cores lose: {source.losses(r)}."
+        )
+    sub_grid = source.at(rows, kind="modelled", form="sub_grid", cores=most)
+    if sub_grid["locks"] < 0.05:
+        return [*paragraphs, "That locks on borders are almost entirely amortised holds: less than 5 % of the time."]
+    why = "the more cores, the smaller their sub-grids, and the more of these is border"
+    return [*paragraphs, f"That locks on borders are almost entirely amortised is not reached: {why}."]
+
+
+def draw(rows):
+    figure, [[time, speed, locks]] = style.panels(1, 3, 3.5, 3.2)
+    cores = sorted({r["cores"] for r in rows})
+    style.ideal(speed, cores)
+    for series, form in enumerate(FORMS):
+        own = [r for r in rows if r["form"] == form]
+        for kind in ("modelled", "measured"):
+            style.line(time, own, kind, "ms", series)
+            style.line(speed, own, kind, "speed_up", series)
+        modelled = [r for r in own if r["kind"] == "modelled"]
+        style.modelled(locks, [r["cores"] for r in modelled], [100 * r["locks"] for r in modelled], series)
+    for axis in (time, speed, locks):
+        style.cores_axis(axis, cores)
+    style.log_y(time, "ms a step")
+    style.limit_to(time, [r["ms"] for r in rows])
+    style.log_y(speed, "speed-up over one core", 2)
+    style.limit_to(speed, [r["speed_up"] for r in rows] + [cores[-1]], 1.3)
+    locks.set_ylabel("time in locks, % of the cores' time")
+    keys = [style.series_key(series, f"{form} ({words})") for series, (form, words) in enumerate(FORMS.items())]
+    style.key_below(figure, [*keys, *style.kinds_key(), style.ideal_key()], 3)
+    return figure

@@ -1,0 +1,18 @@
+// What OpenMP and memory cost on this machine, measured.
+#pragma once
+
+#include "verify/replay.h"
+
+namespace lockstep::verify {
+
+double triad_gb_per_s(int threads);   // a = b + 3 c over arrays beyond the caches, 12 bytes an element
+double fma_gflop_per_s(int threads);  // independent fused multiply-adds in lanes, 2 flops each
+
+double last_level_cache();  // bytes
+
+Costs measure_costs();
+
+double clock_ns();       // the time, in ns
+double clock_cost_ns();  // of reading it
+
+}  // namespace lockstep::verify

@@ -1,0 +1,264 @@
+// How it works: the linker's --wrap sends every call of the kernels to OpenMP's runtime, libgomp, through the functions at the end of this
+// file (the Makefile lists them, tests/scale_test.cpp checks that none is missing). They pass it on, unless a record is being made. Static
+// loops need nothing: the compiler divides them by omp_get_thread_num() and omp_get_num_threads().
+#include "verify/record.h"
+
+#include <omp.h>
+#include <sys/mman.h>
+#include <ucontext.h>
+
+#include <algorithm>
+#include <memory>
+#include <new>
+#include <optional>
+
+namespace lockstep::verify {
+namespace {
+
+// A stack as large as those that OpenMP gives its threads; pages that are never touched cost nothing.
+class Stack {
+ public:
+  Stack() : at_(mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE | MAP_STACK, -1, 0)) {
+    if (at_ == MAP_FAILED) throw std::bad_alloc();
+  }
+  ~Stack() { munmap(at_, size); }
+  Stack(const Stack&) = delete;
+  Stack& operator=(const Stack&) = delete;
+  void* begin() const { return at_; }
+  static constexpr std::size_t size = 8 << 20;
+
+ private:
+  void* at_;
+};
+
+struct Member {
+  Stack stack;
+  ucontext_t context;
+  enum { ready, waiting, done } state;
+  double worked;       // ns in this region, or since when the others' work makes it wait
+  std::size_t shared;  // how many loops, sections and singles it has met in this region
+};
+
+// What is left of a loop, of a list of sections, or of a single, that a team shares out.
+struct Shared {
+  long next, end, step, chunk;
+
+  bool take(long& first, long& last) {
+    if (step > 0 ? next >= end : next <= end) return false;
+    first = next;
+    last = next = step > 0 ? std::min(end, next + chunk * step) : std::max(end, next + chunk * step);
+    return true;
+  }
+};
+
+class Recorder {
+ public:
+  Recorder(int cores, double (*clock)(), double clock_ns) : clock_(clock), clock_ns_(clock_ns) {
+    record_.cores = cores;
+    for (int i = 0; i < cores; ++i) members_.push_back(std::make_unique<Member>());
+    resumed_ = clock_();
+  }
+
+  Record finish() {
+    record_.serial_ns.push_back(stretch());
+    return std::move(record_);
+  }
+
+  int cores() const { return record_.cores; }
+  bool alone() const { return running_ < 0 || nested_ > 0; }
+  int thread() const { return alone() ? 0 : running_; }
+
+  // Runs a region, which shares out `first` from its beginning, if anything.
+  void parallel(void (*region)(void*), void* data, unsigned threads, std::optional<Shared> first) {
+    if (running_ >= 0 || threads == 1) {
+      const Shared outer = alone_;
+      if (first) alone_ = *first;
+      ++nested_;
+      region(data);
+      --nested_;
+      alone_ = outer;
+      return;
+    }
+    record_.serial_ns.push_back(stretch());
+    record_.regions.emplace_back(cores());
+    shared_.clear();
+    if (first) shared_.push_back(*first);
+    region_ = region;
+    data_ = data;
+    for (int i = 0; i < cores(); ++i) {
+      Member& m = *members_[i];
+      m.state = Member::ready, m.worked = 0, m.shared = shared_.size();
+      getcontext(&m.context);
+      m.context.uc_stack.ss_sp = m.stack.begin();
+      m.context.uc_stack.ss_size = Stack::size;
+      m.context.uc_link = &scheduler_;
+      makecontext(&m.context, run_member, 0);
+    }
+    while (const std::optional<int> next = next_member()) {
+      running_ = *next;
+      resumed_ = clock_();
+      swapcontext(&scheduler_, &members_[running_]->context);
+    }
+    running_ = -1;
+    resumed_ = clock_();
+  }
+
+  void barrier() {
+    if (alone()) return;
+    end_work();
+    add({Event::barrier});
+    yield(Member::waiting);
+  }
+
+  // The next chunk of the loop or list of sections that the thread is in, once those who have worked less have taken theirs.
+  bool next_chunk(long& first, long& last) {
+    if (alone()) return alone_.take(first, last);
+    const std::size_t which = members_[running_]->shared - 1;
+    end_work();
+    add({Event::dispatch, 0, reinterpret_cast<const void*>(which)});
+    yield(Member::ready);
+    return shared_[which].take(first, last);
+  }
+
+  bool loop_start(const Shared& loop, long& first, long& last) {
+    meet(loop);
+    return next_chunk(first, last);
+  }
+
+  unsigned next_section() {
+    long section, end;
+    return next_chunk(section, end) ? section : 0;
+  }
+
+  // Whether this thread is the one that runs it.
+  bool single() { return meet({}); }
+
+  void lock(Event::Kind kind, const void* which) {
+    if (running_ < 0) return;
+    end_work();
+    add({kind, 0, which});
+    resumed_ = clock_();
+  }
+
+ private:
+  static void run_member();
+
+  // Whether this thread is the first to meet the next shared thing, which then is `fresh`.
+  bool meet(const Shared& fresh) {
+    if (alone()) {
+      alone_ = fresh;
+      return true;
+    }
+    const bool first = members_[running_]->shared++ == shared_.size();
+    if (first) shared_.push_back(fresh);
+    return first;
+  }
+
+  double stretch() const { return std::max(0., clock_() - resumed_ - clock_ns_); }
+  void add(const Event& event) { record_.regions.back()[running_].push_back(event); }
+  void end_work() {
+    const double ns = stretch();
+    members_[running_]->worked += ns;
+    if (ns > 0) add({Event::work, ns});
+  }
+
+  void yield(decltype(Member::state) state) {
+    Member& m = *members_[running_];
+    m.state = state;
+    swapcontext(&m.context, &scheduler_);
+    resumed_ = clock_();
+  }
+
+  // Whoever has worked least; where all wait at a barrier, they go on together.
+  std::optional<int> next_member() {
+    const auto least = [&]() -> std::optional<int> {
+      std::optional<int> found;
+      for (int i = 0; i < cores(); ++i)
+        if (members_[i]->state == Member::ready && (!found || members_[i]->worked < members_[*found]->worked)) found = i;
+      return found;
+    };
+    if (const auto found = least()) return found;
+    double latest = 0;
+    for (const auto& m : members_) latest = std::max(latest, m->worked);
+    for (const auto& m : members_)
+      if (m->state == Member::waiting) m->state = Member::ready, m->worked = latest;
+    return least();
+  }
+
+  double (*clock_)();
+  double clock_ns_, resumed_;
+  Record record_;
+  std::vector<std::unique_ptr<Member>> members_;
+  std::vector<Shared> shared_;
+  Shared alone_ = {};  // where only one thread runs
+  int running_ = -1;   // which member; none outside regions
+  int nested_ = 0;     // regions of one thread that it is in
+  void (*region_)(void*) = nullptr;
+  void* data_ = nullptr;
+  ucontext_t scheduler_;
+};
+
+Recorder* recorder = nullptr;  // while a record is being made
+
+void Recorder::run_member() {
+  Recorder& r = *recorder;
+  r.region_(r.data_);
+  r.end_work();
+  r.members_[r.running_]->state = Member::done;
+}
+
+}  // namespace
+
+Record record(int cores, const std::function<void()>& work, double (*clock)(), double clock_ns) {
+  Recorder mine(cores, clock, clock_ns);
+  recorder = &mine;
+  work();
+  recorder = nullptr;
+  return mine.finish();
+}
+
+}  // namespace lockstep::verify
+
+// What the kernels call in place of libgomp, whose own functions are those named __real_.
+extern "C" {
+
+using lockstep::verify::Event;
+using lockstep::verify::recorder;
+using lockstep::verify::Shared;
+using Count = unsigned long long;
+
+#define WRAP(result, name, parameters, pass_on, answer) \
+  result __real_##name parameters;                      \
+  result __wrap_##name parameters {                     \
+    if (!recorder) return __real_##name pass_on;        \
+    return answer;                                      \
+  }
+
+WRAP(void, GOMP_parallel, (void (*region)(void*), void* data, unsigned threads, unsigned flags), (region, data, threads, flags),
+     recorder->parallel(region, data, threads, {}))
+WRAP(void, GOMP_parallel_sections, (void (*region)(void*), void* data, unsigned threads, unsigned count, unsigned flags),
+     (region, data, threads, count, flags), recorder->parallel(region, data, threads, Shared{1, count + 1, 1, 1}))
+WRAP(void, GOMP_parallel_loop_nonmonotonic_dynamic,
+     (void (*region)(void*), void* data, unsigned threads, long begin, long end, long step, long chunk, unsigned flags),
+     (region, data, threads, begin, end, step, chunk, flags), recorder->parallel(region, data, threads, Shared{begin, end, step, chunk}))
+WRAP(void, GOMP_barrier, (), (), recorder->barrier())
+WRAP(bool, GOMP_loop_nonmonotonic_dynamic_start, (long begin, long end, long step, long chunk, long* first, long* last),
+     (begin, end, step, chunk, first, last), recorder->loop_start({begin, end, step, chunk}, *first, *last))
+WRAP(bool, GOMP_loop_nonmonotonic_dynamic_next, (long* first, long* last), (first, last), recorder->next_chunk(*first, *last))
+WRAP(bool, GOMP_loop_ull_nonmonotonic_dynamic_start, (bool up, Count begin, Count end, Count step, Count chunk, Count* first, Count* last),
+     (up, begin, end, step, chunk, first, last),
+     recorder->loop_start({long(begin), long(end), long(step), long(chunk)}, *reinterpret_cast<long*>(first),
+                          *reinterpret_cast<long*>(last)))
+WRAP(bool, GOMP_loop_ull_nonmonotonic_dynamic_next, (Count * first, Count* last), (first, last),
+     recorder->next_chunk(*reinterpret_cast<long*>(first), *reinterpret_cast<long*>(last)))
+WRAP(void, GOMP_loop_end, (), (), recorder->barrier())
+WRAP(void, GOMP_loop_end_nowait, (), (), void())
+WRAP(unsigned, GOMP_sections_next, (), (), recorder->next_section())
+WRAP(void, GOMP_sections_end_nowait, (), (), void())
+WRAP(bool, GOMP_single_start, (), (), recorder->single())
+WRAP(int, omp_get_thread_num, (), (), recorder->thread())
+WRAP(int, omp_get_num_threads, (), (), recorder->alone() ? 1 : recorder->cores())
+WRAP(int, omp_get_max_threads, (), (), recorder->cores())
+WRAP(void, omp_set_lock, (omp_lock_t * lock), (lock), recorder->lock(Event::lock, lock))
+WRAP(void, omp_unset_lock, (omp_lock_t * lock), (lock), recorder->lock(Event::unlock, lock))
+}

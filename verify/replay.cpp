@@ -1,0 +1,125 @@
+#include "verify/replay.h"
+
+#include <algorithm>
+#include <deque>
+#include <map>
+#include <queue>
+#include <set>
+#include <unordered_map>
+
+namespace lockstep::verify {
+namespace {
+
+// A lock, or the counter of a loop.
+struct Guarded {
+  int holder = -1, last = -1;
+  std::deque<int> queue;  // who waits, in the order they came
+};
+
+struct Core {
+  double now = 0;
+  std::size_t next = 0;  // event
+};
+
+// One region, from its fork: adds to `spent` where time went, and returns when its last core is done.
+double replay_region(const Region& region, const Costs& costs, Replayed& spent) {
+  const int cores = static_cast<int>(region.size());
+  std::vector<Core> core(cores);
+  std::unordered_map<const void*, Guarded> lock;
+  std::unordered_map<const void*, std::pair<double, int>> counter;  // of a loop: from when it is free, and who fetched last
+  std::vector<int> at_barrier;
+
+  // Cores that can go on, by their clocks: whoever is earliest acts first, so that locks are had in the order they are asked for.
+  using Turn = std::pair<double, int>;
+  std::priority_queue<Turn, std::vector<Turn>, std::greater<>> turns;
+  for (int c = 0; c < cores; ++c) turns.push({0, c});
+
+  const auto price = [&](const OneAtATime& cost, int last, int c) { return last < 0 || last == c ? cost.again : cost.moved; };
+  const auto take = [&](Guarded& g, int c) {
+    const double cost = price(costs.lock, g.last, c);
+    g.holder = g.last = c;
+    core[c].now += cost;
+    spent.locks += cost;
+    turns.push({core[c].now, c});
+  };
+
+  while (!turns.empty()) {
+    const int c = turns.top().second;
+    turns.pop();
+    Core& me = core[c];
+    if (me.next == region[c].size()) continue;  // done
+    const Event& event = region[c][me.next++];
+    switch (event.kind) {
+      case Event::work:
+        me.now += event.ns;
+        spent.work += event.ns;
+        turns.push({me.now, c});
+        break;
+      case Event::lock: {
+        Guarded& g = lock[event.what];
+        if (g.holder < 0)
+          take(g, c);
+        else
+          g.queue.push_back(c);
+        break;
+      }
+      case Event::unlock: {
+        Guarded& g = lock[event.what];
+        g.holder = -1;
+        turns.push({me.now, c});
+        if (!g.queue.empty()) {
+          const int first = g.queue.front();
+          g.queue.pop_front();
+          spent.locks += me.now - core[first].now;
+          core[first].now = me.now;
+          take(g, first);
+        }
+        break;
+      }
+      case Event::dispatch: {
+        auto& [free_from, last] = counter.try_emplace(event.what, 0., -1).first->second;
+        const double done = std::max(me.now, free_from) + price(costs.dispatch, last, c);
+        spent.dispatch += done - me.now;
+        me.now = free_from = done;
+        last = c;
+        turns.push({me.now, c});
+        break;
+      }
+      case Event::barrier:
+        at_barrier.push_back(c);
+        if (static_cast<int>(at_barrier.size()) < cores) break;
+        for (const int other : at_barrier) {
+          spent.waiting += me.now - core[other].now;
+          spent.together += costs.barrier.at(cores);
+          core[other].now = me.now + costs.barrier.at(cores);
+          turns.push({core[other].now, other});
+        }
+        at_barrier.clear();
+        break;
+    }
+  }
+
+  const double end = std::ranges::max_element(core, {}, &Core::now)->now;
+  for (const Core& c : core) spent.waiting += end - c.now;
+  return end;
+}
+
+}  // namespace
+
+Replayed replay(const Record& record, const Costs& costs, double bytes) {
+  Replayed spent;
+  const int cores = record.cores;
+  for (const double ns : record.serial_ns) {
+    spent.total += ns;
+    spent.work += ns;
+    spent.serial += (cores - 1) * ns;
+  }
+  for (const Region& region : record.regions) {
+    spent.total += costs.fork_join.at(cores) + replay_region(region, costs, spent);
+    spent.together += cores * costs.fork_join.at(cores);
+  }
+  if (costs.bytes_per_ns > 0) spent.total = std::max(spent.total, bytes / costs.bytes_per_ns);
+  return spent;
+}
+
+}  // namespace lockstep::verify

@@ -1,0 +1,28 @@
+// The scaling model (notes/scaling.md): what work would take on more cores than this machine has, beside what it takes here.
+#pragma once
+
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "verify/replay.h"
+
+namespace lockstep::verify {
+
+struct Model {
+  Costs costs;
+  double clock_cost_ns;
+};
+Model measure_model();
+nlohmann::ordered_json describe(const Model& model);
+
+// Work that can be done again after `reset`, and what it must move to and from memory where caches do not hold it.
+struct Repeatable {
+  std::function<void()> reset, work;
+  double bytes;
+};
+
+// cores, modelled_ms, where the cores' time goes (shares of it, replay.h), and, where the machine has that many, measured_ms and off_by:
+// modelled over measured, less one. Of the recorded and of the measured runs the least disturbed: what else the machine does only adds.
+nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int cores, int repeats);
+
+}  // namespace lockstep::verify
