@@ -65,6 +65,7 @@ int bench(const Options& options) {
       for (Variant& variant : variants) {
         omp_set_num_threads(variant.threads);
         run.reset();
+        wake_team();
         const double start = now();
         variant.work();
         variant.seconds.push_back(now() - start);

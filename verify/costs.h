@@ -10,6 +10,10 @@ double fma_gflop_per_s(int threads);  // independent fused multiply-adds in lane
 
 double last_level_cache();  // bytes
 
+// Has all of OpenMP's threads awake, as they are in the midst of a step: a thread that has long had nothing to do sleeps, and takes some
+// 50 us to wake.
+void wake_team();
+
 Costs measure_costs();
 
 double clock_ns();       // the time, in ns

@@ -154,7 +154,7 @@ void contact_batches(const FigureOptions& options, const Model& model, Rows& row
         solve(settings.solver, memory.manifolds, body, batches, bodies, std::span(impulses), moving);
       };
     };
-    const int repeats = options.quick ? 1 : 5;
+    const int repeats = options.quick ? 1 : 3;
     const auto serial_row = [&](const char* form, const std::function<void()>& solve) {
       rows.push_back({{"scene", name}, {"form", form}, {"variant", "serial"}, {"measured_ms", least_ms(repeats, reset, solve)}});
     };

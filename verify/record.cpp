@@ -11,6 +11,8 @@
 #include <memory>
 #include <new>
 #include <optional>
+#include <span>
+#include <vector>
 
 namespace lockstep::verify {
 namespace {
@@ -51,11 +53,17 @@ struct Shared {
   }
 };
 
+// Kept from record to record, as OpenMP keeps its threads: a stack's pages cost most when they are touched for the first time.
+std::span<const std::unique_ptr<Member>> team(int cores) {
+  static std::vector<std::unique_ptr<Member>> members;
+  while (std::ssize(members) < cores) members.push_back(std::make_unique<Member>());
+  return std::span(members).first(cores);
+}
+
 class Recorder {
  public:
-  Recorder(int cores, double (*clock)(), double clock_ns) : clock_(clock), clock_ns_(clock_ns) {
+  Recorder(int cores, double (*clock)(), double clock_ns) : clock_(clock), clock_ns_(clock_ns), members_(team(cores)) {
     record_.cores = cores;
-    for (int i = 0; i < cores; ++i) members_.push_back(std::make_unique<Member>());
     resumed_ = clock_();
   }
 
@@ -188,7 +196,7 @@ class Recorder {
   double (*clock_)();
   double clock_ns_, resumed_;
   Record record_;
-  std::vector<std::unique_ptr<Member>> members_;
+  std::span<const std::unique_ptr<Member>> members_;
   std::vector<Shared> shared_;
   Shared alone_ = {};  // where only one thread runs
   int running_ = -1;   // which member; none outside regions

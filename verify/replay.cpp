@@ -118,6 +118,7 @@ Replayed replay(const Record& record, const Costs& costs, double bytes) {
     spent.total += costs.fork_join.at(cores) + replay_region(region, costs, spent);
     spent.together += cores * costs.fork_join.at(cores);
   }
+  spent.compute = spent.total;
   if (costs.bytes_per_ns > 0) spent.total = std::max(spent.total, bytes / costs.bytes_per_ns);
   return spent;
 }

@@ -27,9 +27,10 @@ struct Costs {
   double bytes_per_ns = 0;  // of memory, by all cores together; no bound where 0
 };
 
-// Where the time went, in ns; of all but `total` the sum over the cores.
+// Where the time went, in ns; but for `total` and `compute` the sum over the cores.
 struct Replayed {
   double total = 0;     // from beginning to end, on the clock
+  double compute = 0;   // the same, were memory no bound
   double work = 0;      // at the kernel's own work
   double serial = 0;    // idle while one core works outside regions
   double together = 0;  // in forks, joins and barriers themselves

@@ -32,18 +32,27 @@ nlohmann::ordered_json describe(const Model& model) {
           {"clock_ns", model.clock_cost_ns}};
 }
 
-nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int cores, int repeats) {
+namespace {
+
+constexpr int most_repeats = 50;
+constexpr double enough_seconds = .3;
+
+}  // namespace
+
+nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int cores, int least_repeats) {
   const double bytes = what.bytes > last_level_cache() ? what.bytes : 0;
   const bool here = cores <= omp_get_num_procs();
   Replayed r = {.total = std::numeric_limits<double>::infinity()};
   double measured_ms = r.total;
-  for (int repeat = 0; repeat < repeats; ++repeat) {
+  const double enough = now() + enough_seconds;
+  for (int repeat = 0; repeat < least_repeats || (repeat < most_repeats && now() < enough); ++repeat) {
     what.reset();
     const Replayed each = replay(record(cores, what.work, clock_ns, model.clock_cost_ns), model.costs, bytes);
     if (each.total < r.total) r = each;
     if (!here) continue;
     omp_set_num_threads(cores);
     what.reset();
+    wake_team();
     const double start = now();
     what.work();
     measured_ms = std::min(measured_ms, 1e3 * (now() - start));
@@ -51,6 +60,7 @@ nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int
   const double ms = 1e-6 * r.total, all = cores * r.total;
   nlohmann::ordered_json row = {{"cores", cores},
                                 {"modelled_ms", ms},
+                                {"compute_ms", 1e-6 * r.compute},
                                 {"memory_ms", model.costs.bytes_per_ns > 0 ? 1e-6 * bytes / model.costs.bytes_per_ns : 0},
                                 {"work", r.work / all},
                                 {"serial", r.serial / all},
@@ -81,7 +91,7 @@ int scale(const ScaleOptions& options) {
     double first_ms = 0;
     for (const int cores : options.cores) {
       progress(kernel.name + " " + kernel.form + " on " + scene + ", " + std::to_string(cores) + " cores");
-      const nlohmann::ordered_json row = scale_row(model, {run.reset, run.openmp, run.work.bytes}, cores, options.quick ? 1 : 5);
+      const nlohmann::ordered_json row = scale_row(model, {run.reset, run.openmp, run.work.bytes}, cores, options.quick ? 1 : 3);
       progress("");
       const double ms = row["modelled_ms"];
       if (first_ms == 0) first_ms = ms;

@@ -56,9 +56,11 @@ def here(rows):
         use = r["speed_up"] / most
         least = "reached" if r["speed_up"] >= PAPER_AT_64[0] else "not reached"
         half = "reached" if use > 0.5 else "not reached"
+        bound = r["compute_speed_up"] > 1.1 * r["speed_up"]
+        unbound = f" Were this machine's memory no bound: {r['compute_speed_up']:.1f}x." if bound else ""
         paragraphs.append(
             f"{r['workload']} ({r['kernel']} {r['form']}, {r['scene']}), {most} cores: {r['speed_up']:.1f}x, "
-            f"{100 * use:.0f} % of full use ([ITJ07]'s 36x {least}, [LRB08]'s half {half}); the cores lose: {source.losses(r)}."
+            f"{100 * use:.0f} % of full use ([ITJ07]'s 36x {least}, [LRB08]'s half {half}); the cores lose: {source.losses(r)}.{unbound}"
         )
     return paragraphs
 

@@ -87,6 +87,7 @@ def over_cores(data, kernel, form, scene):
             rows.append(
                 {"kernel": kernel, "form": form, "scene": scene, "kind": kind, "cores": r[cores], "ms": r[ms], "spread": r.get("spread")}
                 | {"speed_up": one[ms] / r[ms], "speed_up_spread": spread_of_ratio(one, r) if r is not one else None}
+                | ({"compute_speed_up": one["compute_ms"] / r["compute_ms"]} if kind == "modelled" else {})
                 | where_time_goes(r)
                 | {"from": references(one, r)}
             )
