@@ -64,7 +64,7 @@ def here(rows):
         "Settled scenes, ten substeps. Above: speed-up over the scalar serial solver in the original order, which lanes and threads share "
         "in; this is the paper's measure. Middle: over the same code on one core, threads alone. The original order runs in parallel as "
         "far as dependences let it, and keeps its bits; batches include the time to make them. Below: contacts in each batch; a vector "
-        "holds sixteen. Serial is the median of its repeats, measured the least."
+        "holds sixteen. Of repeats the least disturbed."
     ]
     for scene in scenes_of(rows):
         batches = source.at(rows, scene=scene, form="batches", kind="modelled", cores=most)
