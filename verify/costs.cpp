@@ -117,35 +117,41 @@ double barrier_ns(int threads) {
   });
 }
 
-// To take and give back each of many locks, by the thread that had them last, or by another.
+// To take and give back each of many locks, by the thread that had them last, or by another: what a loop that adds to a cache line under
+// each lock takes longer than one that only adds. The line is there because a lock waits for the stores before it.
 OneAtATime lock_ns() {
   constexpr int n = 128, apart = 64 / sizeof(omp_lock_t) + 1, jump = 37;  // a cache line each, in an order that no prefetch foresees
   std::vector<omp_lock_t> locks(n * apart);
   for (omp_lock_t& lock : locks) omp_init_lock(&lock);
-  const auto take_all = [&] {
+  Array<float> guarded(n * lanes, 0.f);
+  const auto add_to_all = [&](bool under_locks) {
     const double start = clock_ns();
     for (int i = 0; i < n; ++i) {
-      omp_lock_t* const lock = &locks[i * jump % n * apart];
-      omp_set_lock(lock);
-      omp_unset_lock(lock);
+      const int at = i * jump % n;
+      if (under_locks) omp_set_lock(&locks[at * apart]);
+      store(&guarded[at * lanes], load(&guarded[at * lanes]) + floatv(1.f));
+      if (under_locks) omp_unset_lock(&locks[at * apart]);
     }
     return (clock_ns() - start) / n;
   };
-  OneAtATime cost;
-  cost.again = median(repeats, take_all);
-  const auto take_from_another = [&] {
-    double ns = 0;
-    // Threads take turns; the barriers keep them apart.
+  const auto by_same = [&](bool under_locks) { return median(repeats, [&] { return add_to_all(under_locks); }); };
+  const auto by_another = [&](bool under_locks) {
+    return median(repeats, [&] {
+      double ns = 0;
+      // Threads take turns; the barriers keep them apart.
 #pragma omp parallel num_threads(2)
-    {
-      if (omp_get_thread_num() == 0) take_all();
+      {
+        if (omp_get_thread_num() == 0) add_to_all(under_locks);
 #pragma omp barrier
-      if (omp_get_thread_num() == 1) ns = take_all();
+        if (omp_get_thread_num() == 1) ns = add_to_all(under_locks);
 #pragma omp barrier
-    }
-    return ns;
+      }
+      return ns;
+    });
   };
-  cost.moved = omp_get_num_procs() < 2 ? cost.again : median(repeats, take_from_another);
+  OneAtATime cost;
+  cost.again = by_same(true) - by_same(false);
+  cost.moved = omp_get_num_procs() < 2 ? cost.again : by_another(true) - by_another(false);
   for (omp_lock_t& lock : locks) omp_destroy_lock(&lock);
   return cost;
 }
@@ -169,13 +175,22 @@ void wake_team() {
   asm volatile("");
 }
 
+// What a loop that adds to cache lines takes longer if it reads the clock each time: a processor does much of both at once.
 double clock_cost_ns() {
-  constexpr int n = 10000;
-  return median(repeats, [] {
+  constexpr int n = 128, jump = 37;
+  Array<float> lines(n * lanes, 0.f);
+  const auto add_to_all = [&](bool read_clock) {
+    double last = 0;
     const double start = clock_ns();
-    for (int i = 0; i < n; ++i) clock_ns();
-    return (clock_ns() - start) / (n + 1);
-  });
+    for (int i = 0; i < n; ++i) {
+      float* const line = &lines[i * jump % n * lanes];
+      store(line, load(line) + floatv(1.f));
+      if (read_clock) last = clock_ns();
+      asm volatile("" : : "x"(last));
+    }
+    return (clock_ns() - start) / n;
+  };
+  return median(repeats, [&] { return add_to_all(true); }) - median(repeats, [&] { return add_to_all(false); });
 }
 
 Costs measure_costs() {

@@ -8,10 +8,12 @@
 #include <ucontext.h>
 
 #include <algorithm>
+#include <atomic>
 #include <memory>
 #include <new>
 #include <optional>
 #include <span>
+#include <thread>
 #include <vector>
 
 namespace lockstep::verify {
@@ -60,10 +62,46 @@ std::span<const std::unique_ptr<Member>> team(int cores) {
   return std::span(members).first(cores);
 }
 
+// An operating system's thread on which members run, so that each core's caches hold what its own members work on, and what others wrote
+// comes from another core, as it would. Only one host runs at a time. The first is the caller's own thread.
+class Host {
+ public:
+  // Runs m until it yields or ends.
+  void run(Member& m) {
+    if (!thread_.joinable()) {
+      swapcontext(&scheduler_, &m.context);
+      return;
+    }
+    turn_.store(&m, std::memory_order_release);
+    while (turn_.load(std::memory_order_acquire)) std::this_thread::yield();
+  }
+  ucontext_t* scheduler() { return &scheduler_; }
+
+  void start() {
+    thread_ = std::jthread([this](const std::stop_token& stop) {
+      while (!stop.stop_requested()) {
+        if (Member* const m = turn_.load(std::memory_order_acquire)) {
+          swapcontext(&scheduler_, &m->context);
+          turn_.store(nullptr, std::memory_order_release);
+        } else {
+          std::this_thread::yield();
+        }
+      }
+    });
+  }
+
+ private:
+  ucontext_t scheduler_;
+  std::atomic<Member*> turn_ = nullptr;  // who is to run, until it has
+  std::jthread thread_;
+};
+
 class Recorder {
  public:
-  Recorder(int cores, double (*clock)(), double clock_ns) : clock_(clock), clock_ns_(clock_ns), members_(team(cores)) {
+  Recorder(int cores, double (*clock)(), double clock_ns)
+      : clock_(clock), clock_ns_(clock_ns), members_(team(cores)), hosts_(std::min(cores, omp_get_num_procs())) {
     record_.cores = cores;
+    for (std::size_t h = 1; h < hosts_.size(); ++h) hosts_[h].start();
     resumed_ = clock_();
   }
 
@@ -99,13 +137,12 @@ class Recorder {
       getcontext(&m.context);
       m.context.uc_stack.ss_sp = m.stack.begin();
       m.context.uc_stack.ss_size = Stack::size;
-      m.context.uc_link = &scheduler_;
+      m.context.uc_link = host_of(i).scheduler();
       makecontext(&m.context, run_member, 0);
     }
     while (const std::optional<int> next = next_member()) {
       running_ = *next;
-      resumed_ = clock_();
-      swapcontext(&scheduler_, &members_[running_]->context);
+      host_of(running_).run(*members_[running_]);
     }
     running_ = -1;
     resumed_ = clock_();
@@ -150,6 +187,7 @@ class Recorder {
 
  private:
   static void run_member();
+  Host& host_of(int member) { return hosts_[member % hosts_.size()]; }
 
   // Whether this thread is the first to meet the next shared thing, which then is `fresh`.
   bool meet(const Shared& fresh) {
@@ -173,7 +211,7 @@ class Recorder {
   void yield(decltype(Member::state) state) {
     Member& m = *members_[running_];
     m.state = state;
-    swapcontext(&m.context, &scheduler_);
+    swapcontext(&m.context, host_of(running_).scheduler());
     resumed_ = clock_();
   }
 
@@ -203,13 +241,14 @@ class Recorder {
   int nested_ = 0;     // regions of one thread that it is in
   void (*region_)(void*) = nullptr;
   void* data_ = nullptr;
-  ucontext_t scheduler_;
+  std::vector<Host> hosts_;
 };
 
 Recorder* recorder = nullptr;  // while a record is being made
 
 void Recorder::run_member() {
   Recorder& r = *recorder;
+  r.resumed_ = r.clock_();
   r.region_(r.data_);
   r.end_work();
   r.members_[r.running_]->state = Member::done;

@@ -1,10 +1,11 @@
-// Records what every thread of a team of any size does in a kernel's parallel regions, on one thread of this machine.
+// Records what every thread of a team of any size does in a kernel's parallel regions, one at a time.
 //
 // The kernel runs as it is: its calls to the OpenMP runtime are answered by a team that is not there (record.cpp). Each member of the
 // team runs the region on a stack of its own until it meets a barrier or asks for a chunk of a loop, then the one that has worked least
-// so far goes on. So a kernel that divides its work by omp_get_num_threads() divides it as it would on that many cores, chunks of
-// dynamic loops go to whoever would be free first, and the results are those of such a run. What is lost is what cores do to each
-// other: caches are those of one core, and no two threads ask for memory at once (notes/scaling.md).
+// so far goes on. Members are spread over the machine's cores, of which one works while the others wait. So a kernel that divides its work
+// by omp_get_num_threads() divides it as it would on that many cores, chunks of dynamic loops go to whoever would be free first, what
+// others wrote comes from another core's cache, and the results are those of such a run. What is lost: no two ask for memory at once, and
+// members share as many caches as the machine has (notes/scaling.md).
 #pragma once
 
 #include <functional>

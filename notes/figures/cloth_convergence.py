@@ -91,6 +91,11 @@ def here(rows):
             "Why, on pulled_edge: independent constraints carry a correction one or two particles an iteration, the original order "
             "carries it across the sheet (notes/cloth.md)."
         )
+    if any(r["scene"] == "sheet_on_sphere" for r in slower):
+        paragraphs.append(
+            "Why, on sheet_on_sphere: the sphere strains the sheet, and beyond some 50 iterations no order leaves less; where curves are that "
+            "flat, a small difference stands for many iterations."
+        )
     if any(r["scene"] == "rope" for r in slower):
         paragraphs.append("Why, on rope: it starts folded, and a fold may stay for as long as the run lasts (notes/cloth.md).")
     return paragraphs
