@@ -35,7 +35,7 @@ nlohmann::ordered_json describe(const Model& model) {
 namespace {
 
 constexpr int most_repeats = 50;
-constexpr double enough_seconds = .3;
+constexpr double enough_seconds = .2;
 
 }  // namespace
 
