@@ -102,7 +102,7 @@ void levelset_blocks(const FigureOptions& options, const Model& model, Rows& row
         };
         Rows row = {{"scene", name},       {"algorithm", algorithm}, {"blocks", side * side * side},
                     {"variant", "openmp"}, {"work_points", work},    {"band_points", band_points}};
-        row.update(scale_row(model, {reset, run, 8. * static_cast<double>(start.distance.value.size())}, cores, repeats));
+        row.update(scale_row(model, {reset, run, 8. * static_cast<double>(start.distance.value.size())}, cores, options.quick));
         rows.push_back(row);
       }
   }
@@ -165,7 +165,7 @@ void contact_batches(const FigureOptions& options, const Model& model, Rows& row
     for (const int cores : cores_of(options)) {
       const auto scaled = [&](const char* form, const std::function<void()>& solve) {
         Rows row = {{"scene", name}, {"form", form}, {"variant", "openmp"}};
-        row.update(scale_row(model, {reset, solve, bytes}, cores, repeats));
+        row.update(scale_row(model, {reset, solve, bytes}, cores, options.quick));
         rows.push_back(row);
       };
       scaled("original", original(openmp::solve_contacts_original));

@@ -34,18 +34,23 @@ nlohmann::ordered_json describe(const Model& model) {
 
 namespace {
 
-constexpr int most_repeats = 50;
-constexpr double enough_seconds = .2;
+// How often to record and to time: so often at the least, at the most, and as fits the time between.
+struct Effort {
+  int least, most;
+  double seconds;
+};
+constexpr Effort full_effort = {3, 50, .2}, quick_effort = {1, 1, 0};
 
 }  // namespace
 
-nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int cores, int least_repeats) {
+nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int cores, bool quick) {
   const double bytes = what.bytes > last_level_cache() ? what.bytes : 0;
   const bool here = cores <= omp_get_num_procs();
   Replayed r = {.total = std::numeric_limits<double>::infinity()};
   double measured_ms = r.total;
-  const double enough = now() + enough_seconds;
-  for (int repeat = 0; repeat < least_repeats || (repeat < most_repeats && now() < enough); ++repeat) {
+  const Effort effort = quick ? quick_effort : full_effort;
+  const double enough = now() + effort.seconds;
+  for (int repeat = 0; repeat < effort.least || (repeat < effort.most && now() < enough); ++repeat) {
     what.reset();
     const Replayed each = replay(record(cores, what.work, clock_ns, model.clock_cost_ns), model.costs, bytes);
     if (each.total < r.total) r = each;
@@ -91,7 +96,7 @@ int scale(const ScaleOptions& options) {
     double first_ms = 0;
     for (const int cores : options.cores) {
       progress(kernel.name + " " + kernel.form + " on " + scene + ", " + std::to_string(cores) + " cores");
-      const nlohmann::ordered_json row = scale_row(model, {run.reset, run.openmp, run.work.bytes}, cores, options.quick ? 1 : 3);
+      const nlohmann::ordered_json row = scale_row(model, {run.reset, run.openmp, run.work.bytes}, cores, options.quick);
       progress("");
       const double ms = row["modelled_ms"];
       if (first_ms == 0) first_ms = ms;

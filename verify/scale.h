@@ -22,8 +22,8 @@ struct Repeatable {
 };
 
 // cores, modelled_ms, the larger of compute_ms and memory_ms, where the cores' time goes (shares of it, replay.h), and, where the machine
-// has that many, measured_ms and off_by: modelled over measured, less one. Of the recorded and of the measured runs, least_repeats of them
-// or as many as fit .2 s, the least disturbed: what else the machine does only adds.
-nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int cores, int least_repeats);
+// has that many, measured_ms and off_by: modelled over measured, less one. Of the recorded and of the measured runs, three at the least and
+// as many as fit .2 s (quick: one), the least disturbed: what else the machine does only adds.
+nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int cores, bool quick);
 
 }  // namespace lockstep::verify
