@@ -217,19 +217,6 @@ TEST(scale, what_is_computed_is_what_that_many_threads_compute) {
   EXPECT_EQ(std::set(by.begin(), by.end()).size(), 64u);
 }
 
-TEST(scale, a_record_replays_to_the_same_time) {
-  const Record r = record(
-      8,
-      [] {
-#pragma omp parallel for schedule(dynamic)
-        for (int i = 0; i < 50; ++i) spend(i * 7 % 31);
-      },
-      test_clock, 0);
-  Costs costs;
-  costs.dispatch = {2, 3};
-  EXPECT_EQ(replay(r, costs, 0).total, replay(r, costs, 0).total);
-}
-
 // A call to the runtime that record.cpp does not stand before would run past the model.
 TEST(scale, every_call_to_the_runtime_is_known) {
   std::ifstream makefile("Makefile");

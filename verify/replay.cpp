@@ -2,16 +2,13 @@
 
 #include <algorithm>
 #include <deque>
-#include <map>
 #include <queue>
-#include <set>
 #include <unordered_map>
 
 namespace lockstep::verify {
 namespace {
 
-// A lock, or the counter of a loop.
-struct Guarded {
+struct Lock {
   int holder = -1, last = -1;
   std::deque<int> queue;  // who waits, in the order they came
 };
@@ -25,7 +22,7 @@ struct Core {
 double replay_region(const Region& region, const Costs& costs, Replayed& spent) {
   const int cores = static_cast<int>(region.size());
   std::vector<Core> core(cores);
-  std::unordered_map<const void*, Guarded> lock;
+  std::unordered_map<const void*, Lock> lock;
   std::unordered_map<const void*, std::pair<double, int>> counter;  // of a loop: from when it is free, and who fetched last
   std::vector<int> at_barrier;
 
@@ -35,7 +32,7 @@ double replay_region(const Region& region, const Costs& costs, Replayed& spent) 
   for (int c = 0; c < cores; ++c) turns.push({0, c});
 
   const auto price = [&](const OneAtATime& cost, int last, int c) { return last < 0 || last == c ? cost.again : cost.moved; };
-  const auto take = [&](Guarded& g, int c) {
+  const auto take = [&](Lock& g, int c) {
     const double cost = price(costs.lock, g.last, c);
     g.holder = g.last = c;
     core[c].now += cost;
@@ -56,7 +53,7 @@ double replay_region(const Region& region, const Costs& costs, Replayed& spent) 
         turns.push({me.now, c});
         break;
       case Event::lock: {
-        Guarded& g = lock[event.what];
+        Lock& g = lock[event.what];
         if (g.holder < 0)
           take(g, c);
         else
@@ -64,7 +61,7 @@ double replay_region(const Region& region, const Costs& costs, Replayed& spent) 
         break;
       }
       case Event::unlock: {
-        Guarded& g = lock[event.what];
+        Lock& g = lock[event.what];
         g.holder = -1;
         turns.push({me.now, c});
         if (!g.queue.empty()) {
