@@ -201,6 +201,15 @@ void expect_pairs_in_double(const Boxes& scene, const Pairs& expected) {
 
 constexpr int thread_counts[] = {1, 2, 3, 4, 8};
 
+void expect_pairs_at_all_thread_counts(const Boxes& scene, const Pairs& expected) {
+  States states;
+  const Tree<float> tree = expect_serial_pairs(scene, expected, states);
+  for (const int threads : thread_counts) {
+    omp_set_num_threads(threads);
+    expect_parallel_pairs(scene, expected, tree, states);
+  }
+}
+
 class BroadPhase : public testing::Test {
  protected:
   ~BroadPhase() override { omp_set_num_threads(threads_); }
@@ -240,12 +249,7 @@ TEST_F(BroadPhase, FindsThePairsOfLargerScenes) {
   for (const Boxes& scene : scenes) {
     SCOPED_TRACE(&scene - scenes.data());
     const Pairs expected = brute_force(scene);
-    States states;
-    const Tree<float> tree = expect_serial_pairs(scene, expected, states);
-    for (const int threads : thread_counts) {
-      omp_set_num_threads(threads);
-      expect_parallel_pairs(scene, expected, tree, states);
-    }
+    expect_pairs_at_all_thread_counts(scene, expected);
     expect_pairs_in_double(scene, expected);
   }
 }
@@ -260,12 +264,7 @@ TEST_F(BroadPhase, FindsThePairsOfEveryScene) {
     serial::place_colliders(world, .01f, placed, scene.bounds);
     scene.group.assign(world.colliders.group.begin(), world.colliders.group.begin() + world.colliders.count);
     const Pairs expected = brute_force(scene);
-    States states;
-    const Tree<float> tree = expect_serial_pairs(scene, expected, states);
-    for (const int threads : thread_counts) {
-      omp_set_num_threads(threads);
-      expect_parallel_pairs(scene, expected, tree, states);
-    }
+    expect_pairs_at_all_thread_counts(scene, expected);
   }
 }
 
