@@ -1,4 +1,4 @@
-// build/lockstep: the command line. Exit codes: 0 good, 1 a check failed, 2 bad usage or input.
+// build/lockstep: the command line. Exit codes: 0 good, 1 a check failed, 2 bad usage or input, 128 + n stopped by signal n.
 #include <malloc.h>
 #include <omp.h>
 
@@ -72,6 +72,14 @@ int main(int argc, char** argv) {
                    "a .fluid, or of a level set .vti or .vtk file for the last state, or a folder for frames that ParaView opens")
       ->required();
 
+  run_command->add_flag("--resume", run_options.resume, "go on from the last frame in the folder, bit for bit");
+
+  EndureOptions endure_options;
+  CLI::App* endure_command = app.add_subcommand("endure", "run scenes for many steps: nothing may break, get lost or grow");
+  endure_command->add_option("--scene", endure_options.scene, "only this .toml file (default: all below scenes/ that move)");
+  endure_command->add_option("--steps", endure_options.steps, "how many steps each")->check(CLI::Range(2, 1 << 30))->capture_default_str();
+  endure_command->add_option("--json", endure_options.json, "write the rows to this file");
+
   FigureOptions figure_options;
   CLI::App* figures_command = app.add_subcommand("figures", "compute what the figures show (make figures draws it)");
   figures_command->add_option("--out", figure_options.out, "a folder")->required();
@@ -92,6 +100,7 @@ int main(int argc, char** argv) {
     if (scale_options.cores.empty())
       scale_options.cores = scale_options.quick ? std::vector<int>{1, 2, 64} : std::vector<int>{1, 2, 4, 8, 16, 32, 64, 128};
     if (scale_command->parsed()) return scale(scale_options);
+    if (endure_command->parsed()) return endure(endure_options);
     if (figures_command->parsed()) return figures(figure_options);
     return run(run_options);
   } catch (const lockstep::InputError& error) {

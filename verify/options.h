@@ -26,6 +26,13 @@ struct RunOptions {
   int threads = 0;   // as OpenMP chooses where 0
   int frames = 0;    // the scene's where 0
   std::string out;
+  bool resume = false;  // from the last frame that is in `out`
+};
+
+struct EndureOptions {
+  std::string scene;  // only this one; all that move where empty
+  int steps = 20000;
+  std::string json;
 };
 
 struct FigureOptions {
@@ -37,7 +44,8 @@ struct FigureOptions {
 int verify(const Options& options);
 int bench(const Options& options);
 int scale(const ScaleOptions& options);
-int run(const RunOptions& options);
+int run(const RunOptions& options);         // or 128 + the number of the signal that stopped it
+int endure(const EndureOptions& options);   // runs scenes long, to see that nothing grows or breaks
 int figures(const FigureOptions& options);  // writes the numbers behind each figure, NAME.json
 
 }  // namespace lockstep::verify

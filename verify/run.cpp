@@ -1,14 +1,22 @@
 // Simulates a scene and writes what became of it.
+//
+// After each frame what the next one needs is written beside it, so that --resume goes on bit for bit. Files are written aside and then
+// renamed: whoever stops the program, and however, leaves whole frames only. The state is written after its frame, so that a frame is never
+// missing; one that the state does not know of yet is made again, with the same bits.
 #include <omp.h>
 
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "common/input_error.h"
-#include "common/scene.h"
+#include "common/input_file.h"
+#include "verify/compare.h"
 #include "verify/options.h"
 #include "verify/report.h"
 #include "verify/simulation.h"
@@ -22,14 +30,6 @@ void make_folder(const std::string& path) {
   if (error) throw InputError(path + ": cannot be made: " + error.message());
 }
 
-Simulation simulation_of(const RunOptions& options) {
-  const std::string kind = kind_of_scene(options.scene);
-  if (kind == "cloth") return cloth_simulation(options);
-  if (kind == "levelset") return levelset_simulation(options);
-  if (kind == "rigid") return rigid_simulation(options);
-  return fluid_simulation(options);
-}
-
 // Whether one file is asked for, and not a folder of frames.
 bool wants_one_file(const std::string& out, const std::vector<std::string>& formats) {
   const std::string extension = std::filesystem::path(out).extension();
@@ -40,38 +40,74 @@ bool wants_one_file(const std::string& out, const std::vector<std::string>& form
   return false;
 }
 
+// Which run it is: another scene, variant or form would leave other bits. Threads and lanes do not.
+std::string identity(const Simulation& simulation, const RunOptions& options) {
+  std::ifstream in = open_input(options.scene);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  char hash[20];
+  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(hash_bytes(std::span<const char>(text))));
+  return simulation.name + ' ' + hash + ", " + std::to_string(simulation.elements) + ' ' + simulation.unit + ", " + options.variant + ' ' +
+         simulation.form;
+}
+
+volatile std::sig_atomic_t stopped_by = 0;
+
+// The first Ctrl-C stops the run after the frame it is at, a second one at once.
+void stop_at_signals() {
+  struct sigaction action = {};
+  action.sa_handler = [](int signal) { stopped_by = signal; };
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
+}
+
 }  // namespace
 
 int run(const RunOptions& options) {
-  const Simulation simulation = simulation_of(options);
+  const Simulation simulation = make_simulation(options);
   if (options.threads > 0) omp_set_num_threads(options.threads);
   const int frames = options.frames > 0 ? options.frames : simulation.frames;
-  const bool one_file = wants_one_file(options.out, simulation.state_formats);
-  if (!one_file) make_folder(options.out);
+  const bool one_file = wants_one_file(options.out, simulation.state_formats), keeps_state = !one_file && !simulation.state.empty();
+  const std::string who = identity(simulation, options), state_file = options.out + "/state.lockstep";
+  if (options.resume && !keeps_state) throw InputError("--resume: only what writes frames to a folder can go on");
 
   const auto write_frame = [&](int frame) {
+    if (one_file) return;
     char name[32];
     std::snprintf(name, sizeof name, "/frame_%05d.vtk", frame);
-    if (!one_file) simulation.write_frame(options.out + name);
+    simulation.write_frame(options.out + name);
+    if (keeps_state) write_state(state_file, who, frame, simulation.state);
   };
 
-  write_frame(0);
+  int frame = 0;
+  if (options.resume) {
+    frame = read_state(state_file, who, simulation.state);
+  } else {
+    if (!one_file) make_folder(options.out);
+    write_frame(0);
+  }
+  const int first = frame;
+  stop_at_signals();
   double seconds = 0;
-  for (int frame = 1; frame <= frames; ++frame) {
+  while (frame < frames && !stopped_by) {
     const double start = now();
     simulation.step();
     seconds += now() - start;
-    write_frame(frame);
+    write_frame(++frame);
     progress("frame " + std::to_string(frame) + " of " + std::to_string(frames));
   }
   progress("");
   if (one_file) simulation.write_state(options.out);
+  if (stopped_by) {
+    std::fprintf(stderr, "lockstep: stopped after frame %d of %d%s\n", frame, frames, keeps_state ? "; --resume goes on from there" : "");
+    return 128 + stopped_by;
+  }
   const char* unit = simulation.unit.c_str();
+  const int made = frame - first;
   std::printf("%s: %d %s, %d frames, %s %s on %d threads: %.2f ms a frame, %.3g %s a second; wrote %s\n", simulation.name.c_str(),
-              simulation.elements, unit, frames, options.variant.c_str(), simulation.form.c_str(),
-              options.variant == "serial" ? 1 : omp_get_max_threads(), 1e3 * seconds / frames,
-              simulation.elements * double(frames) / seconds, unit, options.out.c_str());
-  if (simulation.summary) std::printf("%s\n", simulation.summary().c_str());
+              simulation.elements, unit, made, options.variant.c_str(), simulation.form.c_str(),
+              options.variant == "serial" ? 1 : omp_get_max_threads(), 1e3 * seconds / std::max(made, 1),
+              made > 0 ? simulation.elements * made / seconds : 0, unit, options.out.c_str());
+  if (simulation.summary && made > 0) std::printf("%s\n", simulation.summary().c_str());
   return 0;
 }
 

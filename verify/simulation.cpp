@@ -2,8 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
+#include <limits>
 #include <memory>
+#include <tuple>
+#include <vector>
 
 #include "common/cloth/make.h"
 #include "common/cloth/scene.h"
@@ -23,6 +27,7 @@
 #include "common/rigid/scene.h"
 #include "common/rigid/step.h"
 #include "common/rigid/vtk.h"
+#include "common/scene.h"
 #include "verify/cloth_forms.h"
 #include "verify/fluid_forms.h"
 #include "verify/rigid_run.h"
@@ -42,17 +47,36 @@ const auto& find_form(const Forms& forms, const std::string& asked, Fits fits) {
   throw InputError("--form " + asked + ": expected one of: " + known);
 }
 
+// The first of n elements that is not as it should be, "" if all are.
+template <class Fits>
+std::string first_fault(const char* what, int n, const char* fault, Fits fits) {
+  for (int i = 0; i < n; ++i)
+    if (!fits(i)) return what + std::to_string(i) + fault;
+  return "";
+}
+
+bool finite(const Vector3<float>& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
 }  // namespace
+
+Simulation make_simulation(const RunOptions& options) {
+  const std::string kind = kind_of_scene(options.scene);
+  if (kind == "cloth") return cloth_simulation(options);
+  if (kind == "levelset") return levelset_simulation(options);
+  if (kind == "rigid") return rigid_simulation(options);
+  return fluid_simulation(options);
+}
 
 Simulation fluid_simulation(const RunOptions& options) {
   fluid::Scene scene = fluid::load_scene(options.scene);
   const StepForm& form = find_form(step_forms, options.form, [&](const StepForm& f) { return f.variant == options.variant; });
   auto state = std::make_shared<fluid::Fluid<float>>(fluid::make_fluid(fluid::convert<float>(scene.model), std::move(scene.particles)));
   auto is_start = std::make_shared<bool>(true);
+  fluid::Particles<float>& p = state->particles;
   return {
       .name = scene.name,
       .form = form.name,
-      .elements = state->particles.count,
+      .elements = p.count,
       .unit = "particles",
       .frames = scene.frames,
       .step = [state, is_start, form] { form.step(*state), *is_start = false; },
@@ -68,6 +92,21 @@ Simulation fluid_simulation(const RunOptions& options) {
       .write_state = [state, per_metre = static_cast<float>(scene.model.particles_per_metre)](
                          const std::string& path) { fluid::write_fluid(path, per_metre, state->particles); },
       .state_formats = {".fluid"},
+      .state = {keep(p.id), keep(p.position.x), keep(p.position.y), keep(p.position.z), keep(p.half_velocity.x), keep(p.half_velocity.y),
+                keep(p.half_velocity.z), keep(p.velocity.x), keep(p.velocity.y), keep(p.velocity.z)},
+      .fault =
+          [state] {
+            const fluid::Model<float>& model = state->model;
+            const fluid::Particles<float>& p = state->particles;
+            const float through =
+                model.walls ? model.smoothing_length : std::numeric_limits<float>::max();  // walls give way, but not so far
+            const auto within = [&](float x, float least, float most) { return x >= least - through && x <= most + through; };
+            return first_fault("particle ", p.count, " is no number or through a wall", [&](int i) {
+              const Vectors<float>&x = p.position, &v = p.velocity;
+              return within(x.x[i], model.domain_min.x, model.domain_max.x) && within(x.y[i], model.domain_min.y, model.domain_max.y) &&
+                     within(x.z[i], model.domain_min.z, model.domain_max.z) && finite({v.x[i], v.y[i], v.z[i]});
+            });
+          },
       .summary = nullptr,
   };
 }
@@ -80,6 +119,7 @@ Simulation cloth_simulation(const RunOptions& options) {
     return (f.for_meshes || is_sheet) && (serial ? f.serial_step : f.openmp_step);
   });
   cloth::Step<float>* const step = serial ? form.serial_step : form.openmp_step;
+  Vectors<float>&x = state->position, &before = state->previous;
   return {
       .name = scene.name,
       .form = form.name,
@@ -90,6 +130,12 @@ Simulation cloth_simulation(const RunOptions& options) {
       .write_frame = [state](const std::string& path) { cloth::write_vtk(path, *state); },
       .write_state = nullptr,
       .state_formats = {},
+      .state = {keep(x.x), keep(x.y), keep(x.z), keep(before.x), keep(before.y), keep(before.z)},
+      .fault =
+          [state] {
+            const auto [x, y, z] = std::tie(state->position.x, state->position.y, state->position.z);
+            return first_fault("particle ", state->count, " is no number", [&](int i) { return finite({x[i], y[i], z[i]}); });
+          },
       .summary = nullptr,
   };
 }
@@ -145,6 +191,12 @@ Simulation levelset_simulation(const RunOptions& options) {
       .write_frame = write,
       .write_state = write,
       .state_formats = {".vti", ".vtk"},
+      .state = {},
+      .fault =
+          [state] {
+            const Array<float>& d = state->signed_distance.value;
+            return first_fault("point ", static_cast<int>(d.size()), " is no number", [&](int i) { return !std::isnan(d[i]); });
+          },
       .summary = nullptr,
   };
 }
@@ -168,10 +220,12 @@ Simulation rigid_simulation(const RunOptions& options) {
   const rigid::Scene scene = rigid::load_scene(options.scene);
   const auto state = std::make_shared<State>(State{scene.world, settings_of(scene), {}, {}, 0});
   const Form form = find_form(forms, options.form, [&](const Form& f) { return f.variant == options.variant; });
+  rigid::Bodies<float>& bodies = state->world.bodies;
+  rigid::StepMemory<float>& memory = state->memory;
   return {
       .name = scene.name,
       .form = form.name,
-      .elements = scene.world.bodies.count,
+      .elements = bodies.count,
       .unit = "bodies",
       .frames = scene.frames,
       .step =
@@ -183,6 +237,26 @@ Simulation rigid_simulation(const RunOptions& options) {
       .write_frame = [state](const std::string& path) { rigid::write_vtk(path, state->world); },
       .write_state = nullptr,
       .state_formats = {},
+      .state = {keep(bodies.pose), keep(bodies.motion), keep(memory.manifolds), keep(memory.impulses), keep(memory.narrow_phase.pairs),
+                keep(memory.narrow_phase.simplex)},
+      .fault =
+          [state] {
+            const rigid::Bodies<float>& bodies = state->world.bodies;
+            const rigid::Colliders<float>& colliders = state->world.colliders;
+            std::vector<rigid::Pose<float>> planes;
+            for (int k = 0; k < colliders.count; ++k)
+              if (colliders.kind[k] == int(rigid::Kind::plane)) planes.push_back(state->memory.placed[k]);
+            const auto above_planes = [&](const Vector3<float>& x) {
+              return std::ranges::all_of(planes,
+                                         [&](const auto& plane) { return dot(matrix_of(plane.orientation).y, x - plane.position) >= 0; });
+            };
+            return first_fault("body ", bodies.count, " is no number or below a plane", [&](int i) {
+              const rigid::Quaternion<float>& q = bodies.pose[i].orientation;
+              return finite(bodies.pose[i].position) && finite({q.x, q.y, q.z}) && std::isfinite(q.w) &&
+                     finite(bodies.motion[i].velocity) && finite(bodies.motion[i].angular_velocity) &&
+                     (bodies.inverse_mass[i].w == 0 || above_planes(bodies.pose[i].position));
+            });
+          },
       .summary =
           [state] {
             std::string text;

@@ -1,0 +1,75 @@
+// The file: a line that says what it is, the run, and the frame; each array as its length in bytes and its bytes; last a hash of all that.
+#include "verify/run_state.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <iterator>
+#include <string_view>
+
+#include "common/atomic_file.h"
+#include "common/input_error.h"
+#include "common/input_file.h"
+#include "verify/compare.h"
+
+namespace lockstep::verify {
+namespace {
+
+const std::string format = "lockstep state 1";
+
+template <class T>
+void append(std::string& text, T value) {
+  text.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+template <class T>
+T take(std::string_view& text) {
+  T value;
+  std::memcpy(&value, text.data(), sizeof value);
+  text.remove_prefix(sizeof value);
+  return value;
+}
+
+std::string take_line(std::string_view& text) {
+  const std::string line(text.substr(0, text.find('\n')));
+  text.remove_prefix(line.size() + 1);
+  return line;
+}
+
+}  // namespace
+
+void write_state(const std::string& path, const std::string& run, int frame, const std::vector<Kept>& state) {
+  std::string text = format + '\n' + run + '\n' + std::to_string(frame) + '\n';
+  for (const Kept& array : state) {
+    const std::span<const std::byte> bytes = array.bytes();
+    append(text, std::uint64_t{bytes.size()});
+    text.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  }
+  append(text, hash_bytes(std::span<const char>(text)));
+  write_file(path, [&](std::ostream& out) { out.write(text.data(), static_cast<std::streamsize>(text.size())); });
+}
+
+int read_state(const std::string& path, const std::string& run, const std::vector<Kept>& state) {
+  std::ifstream in = open_input(path);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+
+  // With the hash right, what follows is as it was written.
+  std::string_view rest(text);
+  if (!rest.starts_with(format + '\n')) throw InputError(path + ": not the state of a run that this version of lockstep reads");
+  std::string_view hash = rest.substr(rest.size() - std::min(rest.size(), sizeof(std::uint64_t)));
+  rest.remove_suffix(hash.size());
+  if (hash.size() < sizeof(std::uint64_t) || take<std::uint64_t>(hash) != hash_bytes(std::span<const char>(rest)))
+    throw InputError(path + ": damaged: not what was written");
+
+  take_line(rest);
+  if (const std::string other = take_line(rest); other != run) throw InputError(path + ": of another run, " + other + "; expected " + run);
+  const int frame = std::stoi(take_line(rest));
+  for (const Kept& array : state) {
+    const std::span<std::byte> room = array.room(take<std::uint64_t>(rest));
+    std::memcpy(room.data(), rest.data(), room.size());
+    rest.remove_prefix(room.size());
+  }
+  return frame;
+}
+
+}  // namespace lockstep::verify
