@@ -20,4 +20,12 @@ std::ifstream open_input(const std::string& path) {
   return in;
 }
 
+std::string legible(std::string_view text) {
+  constexpr std::size_t most = 160;
+  std::string line(text.substr(0, most));
+  for (char& c : line)
+    if (c < ' ' || c > '~') c = '?';
+  return text.size() > most ? line + "..." : line;
+}
+
 }  // namespace lockstep

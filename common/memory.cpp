@@ -15,6 +15,8 @@ namespace {
 
 constexpr double unknown = std::numeric_limits<double>::infinity();
 
+double limit = unknown;
+
 double machine_memory() {
   std::ifstream meminfo("/proc/meminfo");
   for (std::string key; meminfo >> key; meminfo.ignore(std::numeric_limits<std::streamsize>::max(), '\n'))
@@ -38,7 +40,9 @@ std::string megabytes(double bytes) {
 
 }  // namespace
 
-double available_memory() { return std::min(machine_memory(), address_space()); }
+double available_memory() { return std::min({machine_memory(), address_space(), limit}); }
+
+void limit_memory(double bytes) { limit = bytes; }
 
 void require_memory(double bytes, const std::string& what) {
   const double available = available_memory();

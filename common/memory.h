@@ -7,8 +7,11 @@
 namespace lockstep {
 
 // Bytes this process may still allocate: what the machine has available, or what is left of this process's limit on address
-// space (ulimit -v) where that is less. Infinite where the system does not say.
+// space (ulimit -v) or of limit_memory where that is less. Infinite where the system does not say.
 double available_memory();
+
+// Nothing beyond `bytes` is available from now on, whatever the machine has: so tests and the fuzzer refuse alike on all machines.
+void limit_memory(double bytes);
 
 // Throws InputError unless `bytes` fit in available_memory(). `what` opens the message: who needs them.
 void require_memory(double bytes, const std::string& what);

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <limits>
 #include <numbers>
+#include <set>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -147,8 +148,11 @@ std::vector<int> read_pins(const toml::table& table, int rows, int columns) {
   if (!value) return {};
   if (!value->is_array()) refuse_value(*value, "pins", "a list of edges, corners and particles [row, column]");
   std::vector<int> pinned;
+  std::set<std::string> named;
   for (const toml::node& pin : *value->as_array()) {
     const std::vector<int> particles = read_pin(pin, rows, columns);
+    if (const auto name = pin.value<std::string>(); name && !named.insert(*name).second)
+      refuse_value(pin, "pins", "\"" + *name + "\" once");
     pinned.insert(pinned.end(), particles.begin(), particles.end());
   }
   return pinned;

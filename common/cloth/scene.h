@@ -20,8 +20,8 @@
 //   height = [0, -1, 0]          # m, from the first to the last row, likewise
 //   mass = .2                    # kg, of the whole sheet, > 0
 //   bending = true               # whether particles two apart are tied, too; false by default
-//   pins = ["top"]               # what nothing moves: "top" "bottom" "left" "right" edges, corners "top_left" ..., or
-//                                #   particles [row, column]; none by default
+//   pins = ["top"]               # what nothing moves: "top" "bottom" "left" "right" edges, corners "top_left" ..., each
+//                                #   once, or particles [row, column]; none by default
 //   pull = { edge = "right", by = [.1, 0, 0] }   # m: an edge that is moved at the start, and pinned there; it stretches its ties
 //
 //   [mesh]

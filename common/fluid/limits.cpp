@@ -37,7 +37,10 @@ void require_size(const Model<double>& model, double particles, const std::strin
   if (cells > max_cells)
     throw InputError(where + ": " + text(model.particles_per_metre) + " particles per metre cut the domain into " + text(cells) +
                      " cells, expected at most " + text(max_cells));
-  require_memory(simulation_bytes<float>(particles, cells),
+  // At rest 4/3 pi 1.695^3 = 20.4 neighbours are within h. The lists note each pair once, its number and distance, and have up to twice the
+  // room they need. A denser fluid asks for more as it runs (require_lists_fit, neighbours.h).
+  const double lists = 2 * 20.4 / 2 * (sizeof(std::int32_t) + sizeof(float)) * particles;
+  require_memory(simulation_bytes<float>(particles, cells) + lists,
                  where + ": simulating " + text(particles) + " particles in " + text(cells) + " cells");
 }
 

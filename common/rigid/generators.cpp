@@ -78,6 +78,8 @@ int add_random_hull(Hulls<double>& hulls, Random& random, int count) {
   return make_hull(hulls, points);
 }
 
+constexpr int hulls_of_assortment = 64, most_points = 24;
+
 // What the assortment has, in the order in which it is taken.
 std::vector<Shape> shapes_of(World<double>& world, Assortment assortment, Random& random) {
   const std::vector<Shape> boxes = {
@@ -87,10 +89,11 @@ std::vector<Shape> shapes_of(World<double>& world, Assortment assortment, Random
   if (assortment == Assortment::boxes) return boxes;
   if (assortment == Assortment::rounds) return rounds;
   std::vector<Shape> hulls;
-  for (int i = 0; i < 64; ++i) hulls.push_back({Kind::hull, {}, 0, add_random_hull(world.hulls, random, 12 + i % 13)});
+  for (int i = 0; i < hulls_of_assortment; ++i)
+    hulls.push_back({Kind::hull, {}, 0, add_random_hull(world.hulls, random, 12 + i % (most_points - 11))});
   if (assortment == Assortment::hulls) return hulls;
   std::vector<Shape> mixed;
-  for (int i = 0; i < 64; ++i) mixed.insert(mixed.end(), {boxes[i % 4], rounds[i % 4], hulls[i]});
+  for (int i = 0; i < hulls_of_assortment; ++i) mixed.insert(mixed.end(), {boxes[i % 4], rounds[i % 4], hulls[i]});
   return mixed;
 }
 
@@ -216,6 +219,11 @@ constexpr int tower_bricks = 8, tower_courses = 5, keep_bricks = 7, keep_courses
 double wall_bodies(double courses, double bricks) { return courses * 2 * bricks + std::floor(courses / 2) + std::ceil(bricks / 2); }
 
 }  // namespace
+
+// A hull of v vertices has at most 2 v - 4 faces.
+double assortment_triangles(Assortment assortment) {
+  return assortment == Assortment::boxes || assortment == Assortment::rounds ? 0 : hulls_of_assortment * most_points;
+}
 
 double pyramid_bodies(double layers) { return layers * (layers + 1) * (2 * layers + 1) / 6; }
 

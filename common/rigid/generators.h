@@ -43,6 +43,8 @@ void add_dominoes(World<double>& world, const Kit& kit, int count);
 //   hulls   64 hulls, of 12 to 24 points each, .1 m apart or more, on ellipsoids of half axes from .45 to .75 m
 //   mixed   a box, a round, a hull, in turn
 enum class Assortment { boxes, rounds, hulls, mixed };
+// At least as many triangles as its hulls have faces on one side: what room they take (making_bytes, common/rigid/scene.h).
+double assortment_triangles(Assortment assortment);
 
 // Bodies dropped into a pit, in layers of across x across, turned at random: 1.7 m apart and by up to .1 m off; rounds and hulls 1.65 m
 // apart and by up to .05 m off. The pit has a plane for a floor and four boxes, 40 m high, for walls, where the layers end. The lowest

@@ -113,10 +113,13 @@ std::string beside(const std::string& scene_path, const std::string& file) {
 }
 
 void require_room(const World<double>& world, double bodies, double triangles, const std::string& where) {
-  const std::string what = triangles > 0 ? digits_of(triangles) + " triangles" : digits_of(bodies) + " bodies";
+  const std::string what = bodies > 0 ? digits_of(bodies) + " bodies" : digits_of(triangles) + " triangles";
   if (std::max<double>(world.bodies.count, world.colliders.count) + bodies + triangles > most_bodies)
     throw InputError(where + ": " + what + ", expected at most " + digits_of(most_bodies) + " in all");
-  require_memory(making_bytes(bodies, triangles), where + ": " + what);
+  // What is there already grows with the arrays that it is in.
+  const double others = world.bodies.count, faces = world.hulls.first_face[world.hulls.count];
+  require_memory(making_bytes(others + bodies, .5 * faces + triangles),
+                 where + ": " + what + (others > 0 ? ", after " + digits_of(others) + " bodies," : ""));
 }
 
 void require_near(const Mesh& mesh, const std::string& path) {
@@ -176,6 +179,7 @@ void read_hull(const toml::table& table, World<double>& world, Defaults& default
     points = read_points(table);
   }
   if (!points.empty()) require_extent(points, where);
+  require_room(world, 0, most_hull_vertices, where);
   try {
     defaults.hull[name] = make_hull(world.hulls, points);
   } catch (const std::invalid_argument& error) {
@@ -272,7 +276,6 @@ void read_body(const toml::table& table, World<double>& world, const Defaults& d
   const bool is_compound = !parts.empty();
   if (!is_compound) parts = {&table};
   const Heaviness heaviness = read_heaviness(table, parts);
-  require_room(world, 1, 0, position(table.source()));
   const int body =
       begin_body(world, read_pose(table), {near_vector(table, "velocity", "m/s"), near_vector(table, "angular_velocity", "rad/s"), {}},
                  read_surface(table, defaults.surface));
@@ -301,8 +304,8 @@ std::uint64_t read_seed(const toml::table& table) {
 }
 
 void read_generators(const toml::table& scene, World<double>& world, const Defaults& defaults) {
-  const auto kit_of = [&](const toml::table& table, double bodies) {
-    require_room(world, bodies, 0, position(table.source()));
+  const auto kit_of = [&](const toml::table& table, double bodies, double triangles = 0) {
+    require_room(world, bodies, triangles, position(table.source()));
     return Kit{near_vector(table, "position", "m"), mass(table).value_or(1), defaults.surface};
   };
   // Each of one key; its bodies are made by action(table).
@@ -345,7 +348,7 @@ void read_generators(const toml::table& scene, World<double>& world, const Defau
     const int count = count_of(table, "count"), across = static_cast<int>(whole(table, "across", 1, 10'000).value_or(11));
     const double from = length(table, "from").value_or(1.2);
     const std::uint64_t seed = read_seed(table);
-    add_pit(world, kit_of(table, count + pit_walls), assortment, count, across, from, seed);
+    add_pit(world, kit_of(table, count + pit_walls, assortment_triangles(assortment)), assortment, count, across, from, seed);
   });
   each("soup", [&](const toml::table& table) {
     check_keys(table, {"of", "count", "overlapping"}, {"seed", "position", "mass"});
@@ -354,7 +357,7 @@ void read_generators(const toml::table& scene, World<double>& world, const Defau
     const double overlapping =
         *number(table, "overlapping", "a number from 1e-6 to 0.999", [](double x) { return x >= 1e-6 && x <= .999; });
     const std::uint64_t seed = read_seed(table);
-    add_soup(world, kit_of(table, count), assortment, count, overlapping, seed);
+    add_soup(world, kit_of(table, count, assortment_triangles(assortment)), assortment, count, overlapping, seed);
   });
 }
 
@@ -386,7 +389,9 @@ Scene load_scene(const std::string& path) {
   Defaults defaults{.surface = read_surface(scene, {}), .path = path, .hull = {}};
   World<double> world = make_world();
   for (const toml::table* table : subtables(scene, "hull")) read_hull(*table, world, defaults);
-  for (const toml::table* table : subtables(scene, "body")) read_body(*table, world, defaults);
+  const std::vector<const toml::table*> bodies = subtables(scene, "body");
+  if (!bodies.empty()) require_room(world, static_cast<double>(bodies.size()), 0, position(bodies[0]->source()));
+  for (const toml::table* table : bodies) read_body(*table, world, defaults);
   read_generators(scene, world, defaults);
   if (world.bodies.count == 0) refuse(scene.source(), "no body in it");
   return {.name = std::filesystem::path(path).stem().string(),

@@ -1,0 +1,81 @@
+#!/bin/bash
+# The loaders under libFuzzer with the address and undefined-behaviour sanitizers, each for a while, from its corpus on, one process a
+# core. `make fuzz` builds build/fuzz/ and calls it; arguments: seconds for each loader, and the loaders, all by default.
+#
+# A finding is whatever is neither a file read nor an InputError in one line (tests/fuzz/loaders.h): another exception, a crash, a report of
+# a sanitizer, more than ten seconds for a file, or more than 2 GB. Its input stays in build/fuzz/, and is the first to be run next time.
+# Mend the loader and put the input, cut down by hand or by -minimize_crash=1, into found/ below this folder, where
+# tests/fuzz_regressions_test.cpp reads it ever after. The table says how many inputs were run, how many the corpus has grown to, how many
+# edges of the program they cover, how many findings there are (a loader stops at its first), and the seconds. Exit code 1 where there is one.
+#
+# New inputs stay in build/fuzz/ as well. `tests/fuzz/fuzz.sh keep` brings into corpus/ the few that cover an edge which nothing there
+# does, that of the loaders before it (scenes have a parser in common) included.
+set -u
+cd "$(dirname "$0")/../.." || exit 1
+build=build/fuzz
+all="fluid cloth levelset rigid fluid_file obj"
+seconds=${1:-600}
+loaders=${*:2}
+for loader in $loaders; do
+  [[ " $all " = *" $loader "* ]] || { echo "no loader $loader, expected one of: $all" >&2; exit 2; }
+done
+TMPDIR=$(mktemp -d -p /dev/shm lockstep_XXXXXX) || exit 1  # in memory; inputs are written there for the loaders to read
+export TMPDIR
+trap 'rm -rf "$TMPDIR"' EXIT
+
+limits="-timeout=10 -rss_limit_mb=2048 -max_len=4096"
+fuzzer() { LOCKSTEP_LOADER=$1 $build/loaders_fuzz $limits "${@:2}"; }
+
+if [ "$seconds" = keep ]; then
+  for loader in ${loaders:-$all}; do
+    rm -rf "$TMPDIR/kept"
+    mkdir "$TMPDIR/kept"
+    cp tests/fuzz/corpus/*/* "$TMPDIR/kept/"
+    fuzzer $loader -set_cover_merge=1 -use_counters=0 "$TMPDIR/kept" $build/$loader/corpus 2>&1 | tail -n 1
+    for input in "$TMPDIR"/kept/*; do
+      [ -e "$(echo tests/fuzz/corpus/*/"${input##*/}")" ] || cp "$input" tests/fuzz/corpus/$loader/
+    done
+  done
+  exit
+fi
+
+# The words of scenes, from the loaders themselves; texts in scenes also with their quotes.
+sed 's@//.*@@; /#include/d' common/scene.cpp common/*/scene.cpp | grep -oE '"[a-z_]{2,}\\?"' | tr -d '\\"' | sort -u |
+  sed 's/.*/"&"\n"\\"&\\""/' > $build/scene.dict
+
+row() { printf '%-12s %12s %8s %8s %9s %8s  %s\n' "$@"; }
+
+fuzz() {
+  local loader=$1 folder=$build/$1 start=$SECONDS inputs dictionary=""
+  mkdir -p $folder/corpus $folder/findings
+  find $folder/findings -type f -exec mv -t $folder/corpus {} +
+  inputs=$(ls -d $folder/corpus tests/fuzz/{corpus,found}/$loader 2>/dev/null)
+  case $loader in fluid | cloth | levelset | rigid)
+    dictionary=-dict=$build/scene.dict inputs+=" $(echo tests/fuzz/corpus/{fluid,cloth,levelset,rigid})" ;;
+  esac
+  fuzzer $loader $dictionary -max_total_time=$seconds -print_final_stats=1 -artifact_prefix=$folder/findings/ \
+    $inputs > $folder/log 2>&1
+  local code=$?
+  local findings; findings=$(find $folder/findings -type f ! -name 'slow-unit-*' | wc -l)
+  local last; last=$(grep -aE '^#[0-9]+.* cov: ' $folder/log | tail -n 1)
+  local executions; executions=$(sed -nE 's/^#([0-9]+).*/\1/p' <<< "$last")
+  local edges; edges=$(sed -nE 's/.* cov: ([0-9]+).*/\1/p' <<< "$last")
+  local inputs; inputs=$(sed -nE 's/.* corp: ([0-9]+).*/\1/p' <<< "$last")
+  local note=""
+  if [ $code != 0 ]; then
+    [ "$findings" -gt 0 ] || findings=1
+    note="$(grep -aoE -m 1 '^finding: .*|(ERROR: |runtime error: ).*' $folder/log | head -n 1 | cut -c 1-160), see $folder/"
+  fi
+  row $loader "${executions:-0}" "${inputs:-0}" "${edges:-0}" "$findings" $((SECONDS - start)) "$note"
+  [ $code = 0 ]
+}
+
+row loader executions inputs edges findings seconds ""
+failed=0 running=0
+for loader in ${loaders:-$all}; do
+  [ $running -lt "${JOBS:-$(nproc)}" ] || { wait -n || failed=1; running=$((running - 1)); }
+  fuzz $loader &
+  running=$((running + 1))
+done
+while [ $running -gt 0 ]; do wait -n || failed=1; running=$((running - 1)); done
+exit $failed

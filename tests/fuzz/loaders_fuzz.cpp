@@ -1,0 +1,50 @@
+// The loaders under libFuzzer: whatever bytes a file holds, it is read or refused in one line. LOCKSTEP_LOADER says which of them,
+// TMPDIR where the input is written for the loader to read: best in memory. tests/fuzz/fuzz.sh runs it, and says what counts as a finding.
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+
+#include "tests/fuzz/loaders.h"
+
+namespace lockstep::fuzz {
+namespace {
+
+const Loader& chosen_loader() {
+  const char* const name = std::getenv("LOCKSTEP_LOADER");
+  const auto* const found = std::ranges::find(loaders, std::string_view(name ? name : ""), &Loader::name);
+  if (found != std::end(loaders)) return *found;
+  std::fputs("LOCKSTEP_LOADER: expected one of:", stderr);
+  for (const Loader& loader : loaders) std::fprintf(stderr, " %s", loader.name.data());
+  std::fputs("\n", stderr);
+  std::exit(2);
+}
+
+// A folder of this process alone.
+std::string make_folder() {
+  std::string folder = (std::filesystem::temp_directory_path() / "lockstep_fuzz_XXXXXX").string();
+  if (!mkdtemp(folder.data())) {
+    std::perror(folder.c_str());
+    std::exit(2);
+  }
+  write_neighbours(folder);
+  limit_memory(memory);
+  return folder;
+}
+
+}  // namespace
+}  // namespace lockstep::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace lockstep::fuzz;
+  static const Loader& loader = chosen_loader();
+  static const std::string folder = make_folder();
+  try {
+    try_bytes(loader, folder, {reinterpret_cast<const char*>(data), size});
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "finding: %s\n", error.what());
+    std::abort();
+  }
+  return 0;
+}
