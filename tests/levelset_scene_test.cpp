@@ -79,6 +79,7 @@ TEST(LevelsetScenes, OfTheRepositoryLoad) {
       {"corrupted_256", {256, true}},
       {"mesh_96", {96, true}},
       {"slab_33", {33, true}},
+      {"slab_on_points", {33, true}},
   };
   std::map<std::string, Expected> found;
   for (const auto& file : std::filesystem::directory_iterator("scenes/levelset")) {

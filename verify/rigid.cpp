@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "common/rigid/batches.h"
+#include "common/rigid/box_pair.h"
 #include "common/rigid/broad_phase.h"
 #include "common/rigid/contact_solver.h"
 #include "common/rigid/integrate.h"
@@ -20,6 +21,7 @@
 #include "common/rigid/scene.h"
 #include "common/rigid/step.h"
 #include "common/scene.h"
+#include "openmp/rigid/full_blocks.h"
 #include "verify/compare.h"
 #include "verify/kernel.h"
 #include "verify/rigid_run.h"
@@ -66,6 +68,16 @@ Words words_of(std::span<const Manifold<float>> manifolds) {
   return words;
 }
 
+// Corners that are not there count as zero.
+Words words_of(std::span<const Simplex> simplices) {
+  Words words{{}, record_name("simplex", 5)};
+  for (const Simplex& simplex : simplices) {
+    words.add(simplex.count);
+    for (int k = 0; k < 4; ++k) words.add(k < simplex.count ? std::int32_t{simplex.a[k]} << 8 | simplex.b[k] : 0);
+  }
+  return words;
+}
+
 Words words_of(std::span<const Closest<float>> closest) {
   Words words{{}, record_name("pair", 8)};
   for (const Closest<float>& c : closest) words.add(c.on_a), words.add(c.on_b), words.add(c.distance), words.add(c.iterations);
@@ -83,6 +95,12 @@ Words words_of(const Bodies<float>& bodies) {
   return words;
 }
 
+Words words_of(std::span<const Motion<float>> motions) {
+  Words words{{}, record_name("motion", 6)};
+  for (const Motion<float>& motion : motions) words.add(motion.velocity), words.add(motion.angular_velocity);
+  return words;
+}
+
 Words words_of(std::span<const Impulses<float>> impulses, std::span<const Manifold<float>> manifolds) {
   Words words{{}, record_name("manifold", 3 * most_points)};
   for (std::size_t i = 0; i < manifolds.size(); ++i)
@@ -91,6 +109,30 @@ Words words_of(std::span<const Impulses<float>> impulses, std::span<const Manifo
       for (const float* row : {impulses[i].normal, impulses[i].tangent, impulses[i].bitangent}) words.add(there ? row[k] : 0.f);
     }
   return words;
+}
+
+// The words of both; names are those of the first, then those of the second.
+Words both(Words first, const Words& second) {
+  const std::size_t of_first = first.word.size();
+  first.word.insert(first.word.end(), second.word.begin(), second.word.end());
+  first.name = [=, name = first.name, other = second.name](std::size_t i) { return i < of_first ? name(i) : other(i - of_first); };
+  return first;
+}
+
+// --- What results are written over: a kernel that leaves some of it as it was must not be right by luck.
+
+Array<Manifold<float>> unwritten_manifolds(std::size_t n) {
+  Manifold<float> unwritten = {};
+  unwritten.count = most_points, unwritten.a = unwritten.b = -1;
+  return Array<Manifold<float>>(padded(n), unwritten);
+}
+
+const Pairs to_forget = {{0, 0}};
+
+Array<Impulses<float>> unwritten_impulses(std::size_t n) {
+  Impulses<float> unwritten;
+  for (float* row : {unwritten.normal, unwritten.tangent, unwritten.bitangent, unwritten.unused}) std::fill_n(row, most_points, -1.f);
+  return Array<Impulses<float>>(n, unwritten);
 }
 
 // --- Cases
@@ -130,7 +172,9 @@ Case bitwise_case(State start, std::function<void(State&)> serial, std::function
   };
 }
 
-// A scene, and what the last of its settling steps left. Large, so only the last one is kept.
+// A scene, and what the last of its settling steps left. Settling takes longer than most kernels, which come one after another with the
+// same few scenes; states are large, so few are kept.
+constexpr std::size_t inputs_kept = 4;
 struct Inputs {
   Scene scene;
   World<float> world;      // settled
@@ -147,10 +191,13 @@ struct Inputs {
 using Shared = std::shared_ptr<const Inputs>;
 
 Shared inputs(const std::string& path) {
-  static std::string last_path;
-  static Shared last;
-  if (path == last_path) return last;
-  last.reset();
+  static std::vector<std::pair<std::string, Shared>> known;  // the last used last
+  const auto found = std::ranges::find(known, path, &std::pair<std::string, Shared>::first);
+  if (found != known.end()) {
+    std::rotate(found, found + 1, known.end());
+    return known.back().second;
+  }
+  if (known.size() == inputs_kept) known.erase(known.begin());
   auto in = std::make_shared<Inputs>();
   in->scene = load_scene(path);
   in->settings = settings_of(in->scene);
@@ -159,8 +206,7 @@ Shared inputs(const std::string& path) {
   in->now = in->last;
   World<float> after = in->world;
   serial::step_batches(in->settings, after, in->now);
-  last_path = path;
-  return last = in;
+  return known.emplace_back(path, in).second;
 }
 
 constexpr double bytes_of_box = 24, bytes_of_pose = 32, bytes_of_manifold = sizeof(Manifold<float>);
@@ -175,7 +221,7 @@ Case place_case(const std::string& path) {
     return [in, place](State& s) { place(in->world, static_cast<float>(in->settings.margin / 2), s.placed, s.bounds); };
   };
   const double n = in->world.colliders.count;
-  return bitwise_case<State>({in->now.placed, in->now.bounds}, with(serial::place_colliders), with(openmp::place_colliders),
+  return bitwise_case<State>({in->last.placed, in->last.bounds}, with(serial::place_colliders), with(openmp::place_colliders),
                              [in](const State& s) {
                                Words words{{}, record_name("collider", 13)};
                                for (int i = 0; i < in->world.colliders.count; ++i) {
@@ -191,12 +237,12 @@ Case place_case(const std::string& path) {
 
 // A broad phase without a state, or with one that is as the step before left it.
 Case pairs_case(const std::string& path, std::function<void(const Inputs&, Pairs&)> serial,
-                std::function<void(const Inputs&, Pairs&)> openmp, double lane_use = 0) {
+                std::function<void(const Inputs&, Pairs&)> openmp) {
   const Shared in = inputs(path);
   const auto with = [in](std::function<void(const Inputs&, Pairs&)> find) { return [in, find](Pairs& pairs) { find(*in, pairs); }; };
   const double n = in->now.bounds.count, found = static_cast<double>(in->now.bounded.size());
-  return bitwise_case<Pairs>({}, with(serial), with(openmp), [](const Pairs& pairs) { return words_of(pairs); },
-                             {n, "boxes", n * bytes_of_box + found * sizeof(Pair), found * 6, lane_use});
+  return bitwise_case<Pairs>(to_forget, with(serial), with(openmp), [](const Pairs& pairs) { return words_of(pairs); },
+                             {n, "boxes", n * bytes_of_box + found * sizeof(Pair), found * 6});
 }
 
 // How many boxes each meets along the axis that sweep and prune takes: its candidates, tested sixteen at once.
@@ -214,11 +260,39 @@ std::vector<int> candidates_of_sweep(const Bounds<float>& bounds, int axis) {
   return candidates;
 }
 
+// The order of the boxes and the axis are part of the answer.
+Case sweep_case(const std::string& path, SweepAndPrune<float>* serial, SweepAndPrune<float>* openmp) {
+  struct State {
+    SweepOrder order;
+    Pairs pairs;
+  };
+  const Shared in = inputs(path);
+  const auto with = [in](SweepAndPrune<float>* find) {
+    return [in, find](State& s) { find(in->now.bounds, in->group(), s.order, s.pairs); };
+  };
+  State start, answer;
+  start.order.order.assign(1, 0), start.pairs = to_forget;
+  with(serial)(answer);
+  const double n = in->now.bounds.count, found = static_cast<double>(in->now.bounded.size());
+  return bitwise_case<State>(start, with(serial), with(openmp),
+                             [](const State& s) {
+                               Words order{{}, record_name("place in the order", 1)};
+                               for (const std::int32_t collider : s.order.order) order.add(collider);
+                               order.add(s.order.axis);
+                               return both(words_of(s.pairs), order);
+                             },
+                             {n, "boxes", n * bytes_of_box + found * sizeof(Pair), found * 6,
+                              lanes_in_use(candidates_of_sweep(in->now.bounds, answer.order.axis))});
+}
+
 Case tree_case(const std::string& path, bool refit, RefitTree<float>* serial_change, RefitTree<float>* openmp_change) {
   const Shared in = inputs(path);
   const auto with = [in](RefitTree<float>* change) { return [in, change](Tree<float>& tree) { change(in->now.bounds, tree); }; };
-  Tree<float> start;
-  if (refit) serial::build_tree(in->last.bounds.count > 0 ? in->last.bounds : in->now.bounds, start);
+  Tree<float> start = in->last.tree;
+  if (refit) {
+    serial::build_tree(in->last.bounds.count > 0 ? in->last.bounds : in->now.bounds, start);
+    for (int i = 0; i < start.boxes.count; ++i) start.boxes.set(i, {{0, 0, 0}, {0, 0, 0}});
+  }
   const double n = in->now.bounds.count;
   return bitwise_case<Tree<float>>(start, with(serial_change), with(openmp_change),
                                    [](const Tree<float>& tree) {
@@ -248,6 +322,15 @@ Pairs pairs_for(const Inputs& in, KernelBins kernel) {
   return pairs;
 }
 
+// The lanes at work when box_box tests faces' axes (all pairs), edges' axes (those that touch, at the least), and makes contacts of faces
+// and of edges: pairs wait in queues until there are sixteen.
+double lane_use_of_boxes(std::span<const Manifold<float>> manifolds) {
+  double faces = 0, edges = 0;
+  for (const Manifold<float>& m : manifolds)
+    if (m.count > 0) ++(m.feature[0] < first_edge_feature ? faces : edges);
+  return lanes_in_use(std::array{double(manifolds.size()), faces + edges, faces, edges});
+}
+
 Case collide_case(const std::string& path, KernelBins kernel, Collide<float>* serial, Collide<float>* openmp, double flops) {
   using State = Array<Manifold<float>>;
   const Shared in = inputs(path);
@@ -258,9 +341,38 @@ Case collide_case(const std::string& path, KernelBins kernel, Collide<float>* se
     };
   };
   const double n = static_cast<double>(pairs->size());
-  return bitwise_case<State>(State(padded(pairs->size())), with(serial), with(openmp),
+  double lane_use = 0;
+  if (openmp == openmp::box_box) {
+    State there(padded(pairs->size()));
+    with(serial)(there);
+    lane_use = lane_use_of_boxes({there.data(), pairs->size()});
+  }
+  return bitwise_case<State>(unwritten_manifolds(pairs->size()), with(serial), with(openmp),
                              [pairs](const State& m) { return words_of(std::span(m.data(), pairs->size())); },
-                             {n, "pairs", n * (2 * bytes_of_pose + bytes_of_manifold), n * flops});
+                             {n, "pairs", n * (2 * bytes_of_pose + bytes_of_manifold), n * flops, lane_use});
+}
+
+// The lanes at work in the looks of closest_points, whose blocks end when few are left: replayed with as many looks as each pair took. The
+// first look of a pair without a simplex goes without the loop.
+double lane_use_of_looks(const Placed<float>& placed, std::span<const Pair> pairs, std::span<const Closest<float>> closest, bool warm) {
+  double used = 0, there = 0;
+  for (std::size_t first = 0; first < pairs.size(); first += openmp::chunk_size) {
+    const int n = static_cast<int>(std::min<std::size_t>(openmp::chunk_size, pairs.size() - first));
+    std::vector<int> left(n);
+    for (int k = 0; k < n; ++k) left[k] = closest[first + k].iterations - !warm;
+    openmp::in_full_blocks(
+        n, [&](int k) { return openmp::size_key(placed, pairs[first + k]); },
+        [&](std::span<std::int32_t> which, int enough) {
+          const auto unfinished = [&] { return static_cast<int>(std::ranges::count_if(which, [&](int k) { return left[k] > 0; })); };
+          for (int active = unfinished(); active > enough; active = unfinished()) {
+            used += active, there += lanes;
+            for (const int k : which) left[k] -= left[k] > 0;
+          }
+          std::ranges::stable_partition(which, [&](int k) { return left[k] > 0; });
+          return unfinished();
+        });
+  }
+  return there > 0 ? used / there : 0;
 }
 
 // From the simplices of the step before, or from nothing.
@@ -279,7 +391,7 @@ Case convexes_case(const std::string& path, bool distance_alone, bool warm) {
     const auto at = std::ranges::lower_bound(known, (*pairs)[k]);
     if (at != known.end() && *at == (*pairs)[k]) start.simplex[k] = in->last.narrow_phase.simplex[at - known.begin()];
   }
-  start.closest.resize(padded(pairs->size())), start.manifolds.resize(padded(pairs->size()));
+  start.closest.resize(padded(pairs->size()), {{0, 0, 0}, {0, 0, 0}, -1, -1}), start.manifolds = unwritten_manifolds(pairs->size());
   const auto with = [=](ClosestPoints<float>* closest_points, CollideConvexes<float>* convexes) {
     return [=](Convexes& s) {
       if (distance_alone)
@@ -289,14 +401,21 @@ Case convexes_case(const std::string& path, bool distance_alone, bool warm) {
     };
   };
   const double n = static_cast<double>(pairs->size());
+  double lane_use = 0;
+  if (distance_alone) {
+    Convexes there = start;
+    with(serial::closest_points, serial::convexes)(there);
+    lane_use = lane_use_of_looks(in->placed(), *pairs, there.closest, warm);
+  }
   return bitwise_case<Convexes>(
       start, with(serial::closest_points, serial::convexes), with(openmp::closest_points, openmp::convexes),
       [=](const Convexes& s) -> Words {
         const std::size_t count = pairs->size();
-        if (distance_alone) return words_of(std::span<const Closest<float>>(s.closest.data(), count));
-        return words_of(std::span<const Manifold<float>>(s.manifolds.data(), count));
+        const Words simplices = words_of(s.simplex);
+        if (distance_alone) return both(words_of(std::span<const Closest<float>>(s.closest.data(), count)), simplices);
+        return both(words_of(std::span<const Manifold<float>>(s.manifolds.data(), count)), simplices);
       },
-      {n, "pairs", n * (2 * bytes_of_pose + (distance_alone ? sizeof(Closest<float>) : bytes_of_manifold)), n * 2000});
+      {n, "pairs", n * (2 * bytes_of_pose + (distance_alone ? sizeof(Closest<float>) : bytes_of_manifold)), n * 2000, lane_use});
 }
 
 Case narrow_phase_case(const std::string& path) {
@@ -311,9 +430,10 @@ Case narrow_phase_case(const std::string& path) {
     };
   };
   const double n = static_cast<double>(in->now.pairs.size());
-  return bitwise_case<State>({in->last.narrow_phase, {}}, with(serial::narrow_phase), with(openmp::narrow_phase),
-                             [](const State& s) { return words_of(s.manifolds); },
-                             {n, "pairs", n * (2 * bytes_of_pose + bytes_of_manifold), n * 500});
+  return bitwise_case<State>(
+      {in->last.narrow_phase, in->last.manifolds}, with(serial::narrow_phase), with(openmp::narrow_phase),
+      [](const State& s) { return both(words_of(s.manifolds), both(words_of(s.state.pairs), words_of(s.state.simplex))); },
+      {n, "pairs", n * (2 * bytes_of_pose + bytes_of_manifold), n * 500});
 }
 
 Case match_case(const std::string& path) {
@@ -323,7 +443,7 @@ Case match_case(const std::string& path) {
     return [in, match](State& impulses) { match(in->last.manifolds, in->last.impulses, in->now.manifolds, impulses); };
   };
   const double n = static_cast<double>(in->now.manifolds.size());
-  return bitwise_case<State>(State(in->now.manifolds.size()), with(serial::match_contacts), with(openmp::match_contacts),
+  return bitwise_case<State>(unwritten_impulses(in->now.manifolds.size()), with(serial::match_contacts), with(openmp::match_contacts),
                              [in](const State& impulses) { return words_of(impulses, in->now.manifolds); },
                              {n, "contacts", n * 2 * (bytes_of_manifold + sizeof(Impulses<float>)), 0});
 }
@@ -336,7 +456,7 @@ struct Solved {
 };
 
 Solved solver_start(const Inputs& in) {
-  Solved start{in.world.bodies, Array<Impulses<float>>(in.now.manifolds.size()), {}};
+  Solved start{in.world.bodies, Array<Impulses<float>>(in.now.manifolds.size()), in.last.moving};
   serial::match_contacts(in.last.manifolds, in.last.impulses, in.now.manifolds, start.impulses);
   return start;
 }
@@ -370,14 +490,8 @@ Case solver_case(const std::string& path, bool reordered) {
   const double rows = rows_of(*in), contacts = static_cast<double>(in->now.manifolds.size());
   Case run = bitwise_case<Solved>(solver_start(*in), serial, openmp,
                                   [in](const Solved& s) {
-                                    Words words = words_of(s.bodies);
-                                    const Words impulses = words_of(s.impulses, in->now.manifolds);
-                                    const std::size_t of_bodies = words.word.size();
-                                    words.word.insert(words.word.end(), impulses.word.begin(), impulses.word.end());
-                                    words.name = [of_bodies, body = words.name, impulse = impulses.name](std::size_t i) {
-                                      return i < of_bodies ? body(i) : impulse(i - of_bodies);
-                                    };
-                                    return words;
+                                    const std::span moving(s.moving.data(), s.bodies.count);
+                                    return both(words_of(s.bodies), both(words_of(s.impulses, in->now.manifolds), words_of(moving)));
                                   },
                                   {rows, "rows", contacts * (bytes_of_manifold + 2 * sizeof(Impulses<float>)), rows * 75,
                                    reordered ? lanes_in_use(sizes_of(in->now.batches)) : 0});
@@ -423,7 +537,8 @@ Case step_case(const std::string& path, Step<float>* serial, Step<float>* openmp
   const Shared in = inputs(path);
   const auto with = [in](Step<float>* step) { return [in, step](State& s) { step(in->settings, s.world, s.memory); }; };
   const double n = in->world.bodies.count;
-  return bitwise_case<State>({in->world, in->last}, with(serial), with(openmp), [](const State& s) { return words_of(s.world.bodies); },
+  return bitwise_case<State>({in->world, in->last}, with(serial), with(openmp),
+                             [](const State& s) { return both(words_of(s.world.bodies), words_of(s.memory.impulses, s.memory.manifolds)); },
                              {n, "bodies", n * 6 * bytes_of_pose, 75 * rows_of(*in)});
 }
 
@@ -540,7 +655,7 @@ std::vector<Kernel> rigid_kernels() {
   const auto add = [&](const char* name, const char* form, Scenes some, Scenes more, Scenes bench, auto make) {
     kernels.push_back({name, form, false, scenes(some), scenes(more), scenes(bench), takes, make});
   };
-  const Scenes all = {"four_bodies", "degenerate", "soup_10", "mesh_and_hulls", "rounds_20000", "castle"};
+  const Scenes all = {"four_bodies", "degenerate", "assorted", "soup_10", "mesh_and_hulls", "rounds_20000", "castle"};
   const Scenes more = {"soup_1",     "soup_50", "hull_soup",  "box_pit_4000", "hull_pit_2000",
                        "pyramid_24", "wall",    "castle_hit", "dominoes_1000"};
   const Scenes many = {"castle", "boxes_100k"}, of_boxes = {"box_pit_4000", "pyramid_24"}, of_hulls = {"hull_pit_2000", "hull_soup"};
@@ -548,20 +663,8 @@ std::vector<Kernel> rigid_kernels() {
                and_castle = {"pyramid_24", "box_pit_4000", "hull_pit_2000", "castle_hit"};
 
   add("rigid/place_colliders", "", all, more, many, place_case);
-  add("rigid/sweep_and_prune", "batch", all, more, many, [](const std::string& path) {
-    const auto sweep = [](SweepAndPrune<float>* find) {
-      return [find](const Inputs& in, Pairs& pairs) {
-        SweepOrder order;
-        find(in.now.bounds, in.group(), order, pairs);
-      };
-    };
-    const Shared in = inputs(path);
-    SweepOrder order;
-    Pairs pairs;
-    serial::sweep_and_prune_batch(in->now.bounds, in->group(), order, pairs);
-    return pairs_case(path, sweep(serial::sweep_and_prune_batch), sweep(openmp::sweep_and_prune_batch),
-                      lanes_in_use(candidates_of_sweep(in->now.bounds, order.axis)));
-  });
+  add("rigid/sweep_and_prune", "batch", all, more, many,
+      [](const std::string& path) { return sweep_case(path, serial::sweep_and_prune_batch, openmp::sweep_and_prune_batch); });
   add("rigid/bvh", "build", all, more, many,
       [](const std::string& path) { return tree_case(path, false, serial::build_tree, openmp::build_tree); });
   add("rigid/bvh", "refit", all, more, many,
@@ -592,11 +695,11 @@ std::vector<Kernel> rigid_kernels() {
                                Scenes some, Scenes bench) {
     add(name, "", some, more, bench, [=](const std::string& path) { return collide_case(path, kernel, serial, openmp, flops); });
   };
-  add_collide("rigid/spheres", for_spheres, serial::spheres, openmp::spheres, 60, {"rounds_20000", "soup_10", "degenerate"},
+  add_collide("rigid/spheres", for_spheres, serial::spheres, openmp::spheres, 60, {"rounds_20000", "soup_10", "assorted", "degenerate"},
               {"rounds_20000"});
   add_collide("rigid/planes", for_planes, serial::planes, openmp::planes, 150, all, {"box_pit_4000"});
-  add_collide("rigid/box_box", for_box_box, serial::box_box, openmp::box_box, 600, {"four_bodies", "degenerate", "soup_10", "castle"},
-              of_boxes);
+  add_collide("rigid/box_box", for_box_box, serial::box_box, openmp::box_box, 600,
+              {"four_bodies", "degenerate", "assorted", "soup_10", "castle"}, of_boxes);
   for (const bool warm : {true, false})
     add("rigid/gjk", warm ? "warm" : "cold", {"degenerate", "soup_10", "mesh_and_hulls"}, more, of_hulls,
         [warm](const std::string& path) { return convexes_case(path, true, warm); });
@@ -616,7 +719,7 @@ std::vector<Kernel> rigid_kernels() {
       [](const std::string& path) { return step_case(path, serial::step_original, openmp::step_original); });
   add("rigid/step", "batches", all, more, and_castle,
       [](const std::string& path) { return step_case(path, serial::step_batches, openmp::step_batches); });
-  add("rigid/step", "batches_run", {"four_bodies", "degenerate", "soup_10", "castle_hit"}, more, {},
+  add("rigid/step", "batches_run", {"four_bodies", "degenerate", "assorted", "soup_10", "castle_hit"}, more, {},
       [](const std::string& path) { return run_case(path, serial::step_batches, openmp::step_batches); });
   return kernels;
 }

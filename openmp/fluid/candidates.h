@@ -14,6 +14,9 @@
 
 namespace lockstep::fluid::openmp {
 
+// Cells side by side in a row whose particles share candidates, of pair lists.
+inline constexpr int block_cells = 2;
+
 // One a thread; its arrays grow as needed and are kept from cell to cell.
 struct Candidates {
   Array<float> x, y, z;

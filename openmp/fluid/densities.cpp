@@ -189,7 +189,6 @@ void densities_pair_lists(const Model<Real>& model, const Grid<Real>& grid, cons
                           std::span<Real> density) {
   const Real h2 = model.smoothing_length_2;
   Real* const reaction = neighbours.record.data();
-  constexpr int block_cells = 2;
   require_lists_fit(grid);
 
 #pragma omp parallel

@@ -1,0 +1,270 @@
+"""Plants known mistakes in openmp/, one at a time, and asks the verifier or the thread sanitizer to catch each; `make mutants` calls it.
+
+A mistake is a [[mutant]] of a .toml file beside this one:
+    kernel, name   what is broken, and how, as a reader would say it
+    file           in openmp/
+    find, replace  the change: text that stands exactly once in the file; lists of the same length where it wants several places
+    verify         what `lockstep verify --kernel KERNEL` gets besides, or, for races that the verifier might not see,
+    tsan           what it gets in the thread sanitizer's build
+The sources stay as they are: the changed file goes to a folder of its own, build/mutants/BUILD/ID/, where the compiler looks first.
+What depends on it is compiled anew (-O1: the bits are the same, and it is quicker), linked with all the other objects of the normal
+build, and run.
+
+Caught is a mutant whose verify row fails, that crashes or hangs, or in which the sanitizer sees a race. A mutant whose text is not
+found or does not compile, or a selection that the unchanged program, made in the same way, does not pass, is an error, so that no
+mutant passes for caught by accident. Exit code 0 if all are caught, 1 if one survived, 2 on an error.
+"""
+
+import argparse
+import collections
+import concurrent.futures
+import dataclasses
+import datetime
+import functools
+import json
+import os
+import pathlib
+import re
+import resource
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+
+# Archer tells the sanitizer what OpenMP orders; why its own lock table must be suppressed stands in verify/tsan.sh.
+SUPPRESSIONS = "called_from_lib:libarcher.so\n"
+ARCHER = os.environ.get("OMP_TOOL_LIBRARIES", "/usr/lib/llvm-14/lib/libarcher.so")
+
+
+class Error(Exception):
+    """Of the table, or of what the runner was given: no verdict on any mutant."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Mutant:
+    id: str
+    kernel: str
+    name: str
+    file: str
+    edits: tuple  # of (find, replace)
+    selection: tuple  # words for lockstep
+    tsan: bool
+
+    @functools.cached_property
+    def text(self):
+        """The file, changed."""
+        text = original = pathlib.Path(self.file).read_text()
+        for find, replace in sorted(self.edits, key=lambda edit: original.find(edit[0]), reverse=True):  # none sees what another put there
+            if original.count(find) != 1:
+                raise Error(f"{self.id}: stands {original.count(find)} times in {self.file}, must once: {find}")
+            begin = original.index(find)
+            text = text[:begin] + replace + text[begin + len(find) :]
+        return text
+
+    @property
+    def where(self):
+        """The first line that differs."""
+        original = pathlib.Path(self.file).read_text()
+        same = os.path.commonprefix([original, self.text])
+        return f"{self.file}:{same.count(chr(10)) + 1}"
+
+
+def read_mutants(folder):
+    mutants = []
+    for path in sorted(folder.glob("*.toml")):
+        numbers = collections.Counter()
+        for entry in tomllib.loads(path.read_text())["mutant"]:
+            kernel, tsan = entry["kernel"], "tsan" in entry
+            if set(entry) != {"kernel", "name", "file", "find", "replace", "tsan" if tsan else "verify"}:
+                raise Error(f"{path.name}, {entry.get('name')}: has {', '.join(entry)}")
+            as_list = lambda value: value if isinstance(value, list) else [value]
+            edits = tuple(zip(as_list(entry["find"]), as_list(entry["replace"]), strict=True))
+            numbers[kernel] += 1
+            selection = ("verify", "--kernel", kernel, *shlex.split(entry["tsan" if tsan else "verify"]))
+            id = f"{kernel.replace('/', '-')}-{numbers[kernel]}"
+            mutants.append(Mutant(id, kernel, entry["name"], entry["file"], edits, selection, tsan))
+            mutants[-1].text  # stale ones are an error even where they are not selected
+    return mutants
+
+
+def some_of(mutants, n):
+    """The day's n: the first of each kernel, then the second of each, and so on, in a ring; each day goes on where the last stopped."""
+    by_kernel = collections.defaultdict(list)
+    for mutant in mutants:
+        by_kernel[mutant.kernel].append(mutant)
+    rounds = max(map(len, by_kernel.values()))
+    ring = [of_kernel[r] for r in range(rounds) for of_kernel in by_kernel.values() if r < len(of_kernel)]
+    day = datetime.date.today().toordinal()
+    first = day * n % len(ring)
+    days = -(-len(ring) // n)
+    print(f"day {day}: {min(n, len(ring))} of {len(ring)} mutants, from number {first + 1} on; all have their turn in {days} days")
+    return [ring[(first + k) % len(ring)] for k in range(min(n, len(ring)))]
+
+
+class Build:
+    """A built program: its folder and the words to compile and link with. Makes changed ones of it."""
+
+    def __init__(self, folder, compile, link, libs):
+        self.folder, self.compile, self.link, self.libs = pathlib.Path(folder), shlex.split(compile), shlex.split(link), shlex.split(libs)
+        self.work = pathlib.Path("build/mutants") / self.folder.name
+        self.sources = {}  # of each object: its source, then what that includes
+        for path in self.folder.rglob("*.d"):
+            rule = path.read_text().replace("\\\n", " ").split("\n\n")[0].splitlines()[0]
+            target, sources = rule.split(":", 1)
+            if sources.split()[0].startswith(("common/", "openmp/", "serial/", "verify/")) and pathlib.Path(sources.split()[0]).exists():
+                self.sources[target] = sources.split()
+        if not self.sources:
+            raise Error(f"{self.folder} holds no build")
+
+    def make(self, id, files, map=map):
+        """The program with these files, {name: text}, in place of its own: its path."""
+        overlay = self.work / id
+        shutil.rmtree(overlay, ignore_errors=True)
+        for name, text in files.items():
+            (overlay / name).parent.mkdir(parents=True, exist_ok=True)
+            (overlay / name).write_text(text)
+        changed = {o: of for o, of in sorted(self.sources.items()) if files.keys() & set(of)}
+        # serial/ and common/ know nothing of openmp/.
+        if not changed or not all(of[0].startswith(("openmp/", "verify/")) for of in changed.values()):
+            raise Error(f"{id}: {', '.join(files)} goes into {', '.join(changed) or 'nothing'}")
+        objects = [object for object in self.sources if object not in changed]
+
+        def compile_one(of):
+            source, object = of[0], overlay / (of[0].replace("/", "_") + ".o")
+            path = overlay / source if source in files else source
+            self.run_tool(id, [*self.compile, "-O1", "-w", f"-I{overlay}", "-I.", f"-I{self.folder}", "-c", path, "-o", object])
+            return object
+
+        objects += map(compile_one, changed.values())
+        self.run_tool(id, [*self.link, *objects, *self.libs, "-o", overlay / "lockstep"])
+        return overlay / "lockstep"
+
+    def run_tool(self, id, command):
+        done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
+        if done.returncode != 0:
+            raise Error(f"{id} does not compile: {shlex.join(map(str, command))}\n{done.stderr[-3000:]}")
+
+    def clear(self, id):
+        """Leaves the changed source and what was said of it; programs and objects are large."""
+        for path in (self.work / id).glob("*.o"):
+            path.unlink()
+        (self.work / id / "lockstep").unlink(missing_ok=True)
+
+
+def run(program, selection, tsan, seconds, name="verify"):
+    """Runs a program: what is wrong with it, "" if nothing. What it says stays beside it, under that name."""
+    report, log = program.parent / f"{name}.json", program.parent / f"{name}.log"
+    environment = dict(os.environ)
+    if tsan:
+        (program.parent / "suppressions").write_text(SUPPRESSIONS)
+        suppressions = f"suppressions={(program.parent / 'suppressions').resolve()}"
+        options = f"ignore_noninstrumented_modules=1 halt_on_error=1 exitcode=66 {suppressions}"
+        environment |= {"TSAN_OPTIONS": options, "OMP_TOOL_LIBRARIES": ARCHER, "ARCHER_OPTIONS": "verbose=1"}
+    report.unlink(missing_ok=True)
+    try:
+        with log.open("w") as out:
+            command = [program, *selection, "--json", report]
+            code = subprocess.run(command, stdout=out, stderr=out, stdin=subprocess.DEVNULL, env=environment, timeout=seconds).returncode
+    except subprocess.TimeoutExpired:
+        return f"hangs: killed after {seconds:.0f} s"
+    said = log.read_text(errors="replace")
+    if tsan and "Archer detected OpenMP application with TSan" not in said:
+        raise Error(f"no Archer in {log}")
+    if found := re.search(r"(?:WARNING|ERROR): ThreadSanitizer: ([\w -]+)", said):  # a race, or memory freed under another thread
+        frame = re.search(r"openmp/[\w/.]+:\d+", said[found.end() :])
+        return f"tsan: {found[1].strip()}" + (f" at {frame[0]}" if frame else "")
+    if code == 0:
+        return ""
+    if code < 0:
+        return f"crash: {signal.Signals(-code).name}"
+    if code != 1 or not report.exists():
+        raise Error(f"{shlex.join(selection)} ends with exit code {code}: {said[-1000:]}")
+    row = next(row for row in json.loads(report.read_text())["rows"] if not row["passed"])
+    where = " ".join(filter(None, [row["form"], row["scene"], f"at {row['threads']}"]))
+    return f"{'tsan build, ' if tsan else ''}{row['verdict']}, {where}: {row['worst_at']}"
+
+
+def columns(mutants):
+    """A function that prints a row, columns as wide as these mutants want."""
+    kernel, name, where = (max(map(len, column)) for column in zip(*((m.kernel, m.name, m.where) for m in mutants)))
+    return lambda *row: print(f"{row[0]:<{kernel}}  {row[1]:<{name}}  {row[2]:<{where}}  {row[3]:<100.100}  {row[4]:>7}", flush=True)
+
+
+def main():
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("--kernel", help="only the mutants of this kernel, or of all of a domain: fluid/densities, fluid")
+    options.add_argument("--some", type=int, metavar="N", help="only N, others every day, so that all have their turn")
+    options.add_argument("--build", default="build/avx512", help="the folder of the normal build, made before")
+    options.add_argument("--tsan-build", default="build/tsan", help="that of the thread sanitizer's")
+    for words in ("compile", "link", "libs", "tsan-compile", "tsan-link", "tsan-make"):
+        options.add_argument(f"--{words}", default="", help="what the Makefile has for it")
+    options = options.parse_args()
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    jobs = len(os.sched_getaffinity(0))
+
+    mutants = read_mutants(pathlib.Path(__file__).parent)
+    if options.kernel:
+        mutants = [m for m in mutants if m.kernel == options.kernel or m.kernel.startswith(options.kernel + "/")]
+    if not mutants:
+        raise Error(f"no mutants of {options.kernel}")
+    if options.some:
+        mutants = some_of(mutants, options.some)
+
+    builds = {}
+    if any(not m.tsan for m in mutants):
+        builds[False] = Build(options.build, options.compile, options.link, options.libs)
+    if any(m.tsan for m in mutants):
+        if subprocess.run(shlex.split(options.tsan_make)).returncode != 0:
+            raise Error(f"{options.tsan_make} failed")
+        builds[True] = Build(options.tsan_build, options.tsan_compile, options.tsan_link, options.libs)
+
+    # The unchanged program, with the same files made in the same way, must pass what the mutants are to fail.
+    usual = {}  # seconds of each selection
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        for tsan, build in builds.items():
+            files = {m.file: pathlib.Path(m.file).read_text() for m in mutants if m.tsan == tsan}
+            program = build.make("unchanged", files, pool.map)
+
+            def check(numbered):
+                (number, selection), start = numbered, time.monotonic()
+                if wrong := run(program, selection, tsan, 1800, str(number)):
+                    raise Error(f"the unchanged program does not pass {shlex.join(selection)}: {wrong}")
+                usual[tsan, selection] = time.monotonic() - start
+
+            list(pool.map(check, enumerate(dict.fromkeys(m.selection for m in mutants if m.tsan == tsan))))
+            build.clear("unchanged")
+    print(f"the unchanged program passes all {len(usual)} selections")
+
+    def try_mutant(mutant):
+        start, build, error = time.monotonic(), builds[mutant.tsan], None
+        try:
+            program = build.make(mutant.id, {mutant.file: mutant.text})
+            caught = run(program, mutant.selection, mutant.tsan, 30 + 10 * usual[mutant.tsan, mutant.selection])
+        except Error as e:
+            caught, error = "ERROR", e
+        build.clear(mutant.id)
+        return mutant, caught, error, time.monotonic() - start
+
+    row = columns(mutants)
+    row("kernel", "mutant", "where", "caught by", "seconds")
+    survived, errors = 0, []
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        for mutant, caught, error, seconds in pool.map(try_mutant, mutants):
+            row(mutant.kernel, mutant.name, mutant.where, caught or "SURVIVED", f"{seconds:.1f}")
+            survived += not caught
+            errors += [error] if error else []
+    for error in errors:
+        print(f"mutants: {error}", file=sys.stderr)
+    print(f"{len(mutants) - survived - len(errors)} caught, {survived} survived" + (f", {len(errors)} errors" if errors else ""))
+    return 2 if errors else 1 if survived else 0
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except Error as error:
+        print(f"mutants: {error}", file=sys.stderr)
+        sys.exit(2)
