@@ -15,7 +15,8 @@ LIBS  = -lqhull_r
 WRAPPED = GOMP_parallel GOMP_parallel_sections GOMP_parallel_loop_nonmonotonic_dynamic GOMP_barrier GOMP_loop_nonmonotonic_dynamic_start \
   GOMP_loop_nonmonotonic_dynamic_next GOMP_loop_ull_nonmonotonic_dynamic_start GOMP_loop_ull_nonmonotonic_dynamic_next GOMP_loop_end GOMP_loop_end_nowait \
   GOMP_sections_next GOMP_sections_end_nowait GOMP_single_start omp_get_thread_num omp_get_num_threads omp_get_max_threads omp_set_lock omp_unset_lock
-LINK  = $(CXX) $(FLAGS) $(WRAPPED:%=-Wl,--wrap=%)
+WRAPS = $(WRAPPED:%=-Wl,--wrap=%)
+LINK  = $(CXX) $(FLAGS) $(WRAPS)
 PYTHON = /usr/bin/python3
 DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libtinyobjloader-dev libqhull-dev libeigen3-dev libccd-dev libgtest-dev python3-matplotlib clang-14 libomp-14-dev libclang-rt-14-dev
 
@@ -28,7 +29,7 @@ kernel := $(serial) $(patsubst %.cpp,$(BUILD)/%.o,$(shell find openmp common -na
 verify := $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard verify/*.cpp))
 tests  := $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard tests/*_test.cpp))
 
-.PHONY: all deps verify test bench figures run diff tsan sanitize determinism clean help
+.PHONY: all deps verify test bench figures run diff mutants tsan tsan-build sanitize determinism portable fuzz endure extremes clean help
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-builtin-rules
 
@@ -55,27 +56,61 @@ figures: build/lockstep  ## redraw the papers' figures into build/figures/: inde
 	build/lockstep figures $(quick) --out build/figures
 	$(PYTHON) notes/figures/draw.py build/figures
 
-run: build/lockstep  ## simulate SCENE=scenes/cloth/flag_33.toml and write frames for ParaView (OUT=build/frames FRAMES= VARIANT= THREADS=)
+run: build/lockstep  ## simulate SCENE=scenes/cloth/flag_33.toml and write frames for ParaView (OUT=build/frames FRAMES= VARIANT= THREADS= RESUME=1)
 	build/lockstep run --scene $(or $(SCENE),$(error SCENE= says which scene to run)) --out $(or $(OUT),build/frames) \
-	  $(if $(VARIANT),--variant $(VARIANT)) $(if $(THREADS),--threads $(THREADS)) $(if $(FRAMES),--frames $(FRAMES))
+	  $(if $(RESUME),--resume) $(if $(VARIANT),--variant $(VARIANT)) $(if $(THREADS),--threads $(THREADS)) $(if $(FRAMES),--frames $(FRAMES))
 
 diff:  ## show serial and openmp side by side: KERNEL=fluid/densities
 	@diff --side-by-side --width=$(or $(WIDTH),200) --expand-tabs serial/$(or $(KERNEL),$(error KERNEL= says which file)).cpp openmp/$(KERNEL).cpp || true
 
-tsan:  ## every parallel kernel under clang's thread sanitizer, and a racy twin that it must flag (KERNEL=)
-	$(MAKE) build/tsan/lockstep build/tsan/racy BUILD=build/tsan ISA=portable CXX=clang++-14 \
-	  FLAGS='-std=c++20 -O1 -g $(isa_portable) -ffp-contract=off -fno-math-errno -fno-builtin -fopenmp -fsanitize=thread -Wall -Wextra'
-	verify/tsan.sh $(KERNEL)
+mutants: build/lockstep  ## plant known mistakes, one at a time: verify or the thread sanitizer must catch each (KERNEL= SOME=12: the day's)
+	$(PYTHON) -B tests/mutants/mutants.py --build $(BUILD) --compile='$(CXX) $(FLAGS)' --link='$(LINK)' --libs='$(LIBS)' \
+	  --tsan-compile='clang++-14 $(tsan_flags)' --tsan-link='clang++-14 $(tsan_flags) $(WRAPS)' --tsan-make='$(MAKE) tsan-build' \
+	  $(if $(KERNEL),--kernel $(KERNEL)) $(if $(SOME),--some $(SOME))
 
+tsan_flags = -std=c++20 -O1 -g $(isa_portable) -ffp-contract=off -fno-math-errno -fno-builtin -fopenmp -fsanitize=thread -Wall -Wextra
+tsan-build:
+	$(MAKE) build/tsan/lockstep build/tsan/racy BUILD=build/tsan ISA=portable CXX=clang++-14 FLAGS='$(tsan_flags)'
 build/tsan/racy: $(kernel) $(BUILD)/tests/tsan/racy.o
 	$(CXX) $(FLAGS) $^ $(LIBS) -o $@
+
+tsan: tsan-build  ## every parallel kernel under clang's thread sanitizer, and a racy twin that it must flag (KERNEL= QUICK=1)
+	QUICK=$(QUICK) verify/tsan.sh $(KERNEL)
 
 sanitize:  ## the tests under the address and undefined-behaviour sanitizers
 	$(MAKE) test BUILD=build/sanitize-$(ISA) FLAGS='-std=c++20 -O1 -g1 $(isa_$(ISA)) -ffp-contract=off -fno-math-errno -fopenmp -fsanitize=address,undefined -fno-sanitize-recover=undefined'
 
-determinism: build/lockstep  ## the same bits at 1, 2, 3, 4 and 8 threads, three times over (SCENE=, and with it KERNEL=)
-	for repeat in 1 2 3; do for scene in $(or $(SCENE),dam_break_5k flag_33 torus_128 mesh_and_hulls); do \
-	  build/lockstep verify --threads 1,2,3,4,8 $(if $(KERNEL),--kernel $(KERNEL)) --scene $$scene || exit 1; done; done
+determinism: build/lockstep  ## the same bits at 1, 2, 3, 4 and 8 threads, three times over, each with another OMP_SCHEDULE (SCENE=, and with it KERNEL=)
+	rm -f build/determinism_*.json
+	for schedule in static,1 dynamic,1 guided; do for scene in $(or $(SCENE),dam_break_5k flag_33 torus_128 mesh_and_hulls); do \
+	  OMP_SCHEDULE=$$schedule build/lockstep verify --threads 1,2,3,4,8 $(if $(KERNEL),--kernel $(KERNEL)) --scene $$scene \
+	    --json build/determinism_$$scene.$$schedule.json || exit 1; done; done
+	$(PYTHON) verify/same_bits.py build/determinism_*.json
+
+portable: build/lockstep  ## verify with AVX2, without the machine's lanes, and built by clang: the same bits as here
+	build/lockstep verify --threads 1,2 --json build/portable_here.json
+	$(call verify_elsewhere,avx2,avx2,g++)
+	$(call verify_elsewhere,portable,portable,g++)
+	$(call verify_elsewhere,clang,$(ISA),clang++-14)
+	$(PYTHON) verify/same_bits.py --bitwise build/portable_*.json
+# Folder, lanes, compiler.
+define verify_elsewhere
+$(MAKE) build/$(1)/lockstep BUILD=build/$(1) ISA=$(2) CXX=$(3)
+build/$(1)/lockstep verify --threads 1,2 --json build/portable_$(1).json
+endef
+
+fuzz:  ## the readers of scenes, .fluid and OBJ under libFuzzer and sanitizers, SECONDS=600 each, one a core (TARGET=rigid)
+	$(MAKE) build/fuzz/loaders_fuzz BUILD=build/fuzz ISA=portable CXX=clang++-14 \
+	  FLAGS='-std=c++20 -O1 -g1 $(isa_portable) -ffp-contract=off -fno-math-errno -fopenmp -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=undefined -Wall -Wextra'
+	tests/fuzz/fuzz.sh $(or $(SECONDS),600) $(TARGET)
+build/fuzz/loaders_fuzz: $(patsubst %.cpp,$(BUILD)/%.o,$(shell find common tests/fuzz -name '*.cpp'))
+	$(CXX) $(FLAGS) $^ $(LIBS) -o $@
+
+endure: build/lockstep  ## run the scenes that move for 20,000 steps: nothing breaks, gets lost, or grows (SCENE=scenes/cloth/tiny.toml STEPS=)
+	build/lockstep endure $(if $(SCENE),--scene $(SCENE)) $(if $(STEPS),--steps $(STEPS)) --json build/endure.json
+
+extremes: build/lockstep  ## one particle, no body, a million, 512^3 points, more than memory holds: runs, or is refused before it allocates
+	$(PYTHON) tests/extremes.py
 
 clean:  ## remove what was built
 	rm -rf build

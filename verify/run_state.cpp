@@ -18,11 +18,6 @@ namespace {
 const std::string format = "lockstep state 1";
 
 template <class T>
-void append(std::string& text, T value) {
-  text.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
-template <class T>
 T take(std::string_view& text) {
   T value;
   std::memcpy(&value, text.data(), sizeof value);
@@ -39,14 +34,23 @@ std::string take_line(std::string_view& text) {
 }  // namespace
 
 void write_state(const std::string& path, const std::string& run, int frame, const std::vector<Kept>& state) {
-  std::string text = format + '\n' + run + '\n' + std::to_string(frame) + '\n';
-  for (const Kept& array : state) {
-    const std::span<const std::byte> bytes = array.bytes();
-    append(text, std::uint64_t{bytes.size()});
-    text.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  }
-  append(text, hash_bytes(std::span<const char>(text)));
-  write_file(path, [&](std::ostream& out) { out.write(text.data(), static_cast<std::streamsize>(text.size())); });
+  write_file(path, [&](std::ostream& out) {
+    std::uint64_t hash = hash_bytes(std::span<const char>());
+    const auto write = [&](std::span<const std::byte> bytes) {
+      out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+      hash = hash_bytes(bytes, hash);
+    };
+    const std::string head = format + '\n' + run + '\n' + std::to_string(frame) + '\n';
+    write(std::as_bytes(std::span(head)));
+    for (const Kept& array : state) {
+      const std::span<const std::byte> bytes = array.bytes();
+      const std::uint64_t size[] = {bytes.size()};
+      write(std::as_bytes(std::span(size)));
+      write(bytes);
+    }
+    const std::uint64_t all[] = {hash};
+    write(std::as_bytes(std::span(all)));
+  });
 }
 
 int read_state(const std::string& path, const std::string& run, const std::vector<Kept>& state) {

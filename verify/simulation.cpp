@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <limits>
 #include <memory>
-#include <tuple>
 #include <vector>
 
 #include "common/cloth/make.h"
@@ -133,7 +132,7 @@ Simulation cloth_simulation(const RunOptions& options) {
       .state = {keep(x.x), keep(x.y), keep(x.z), keep(before.x), keep(before.y), keep(before.z)},
       .fault =
           [state] {
-            const auto [x, y, z] = std::tie(state->position.x, state->position.y, state->position.z);
+            const Array<float>&x = state->position.x, &y = state->position.y, &z = state->position.z;
             return first_fault("particle ", state->count, " is no number", [&](int i) { return finite({x[i], y[i], z[i]}); });
           },
       .summary = nullptr,

@@ -4,11 +4,11 @@
 #
 # Kernels come from the verifier's own list, so a new one cannot be forgotten; inputs exceed one chunk of every loop, and one band
 # of every sweep at two threads and at four. A kernel passes if no race is found and the verifier passes it, too. Exit code 1 if any
-# row fails. The whole of what a failed run said stays in build/tsan/.
+# row fails. The whole of what a failed run said stays in build/tsan/. With QUICK=1 each form runs on one scene.
 set -u
 cd "$(dirname "$0")/.." || exit 1
 build=build/tsan
-repeats=5  # of each mistake
+repeats=${QUICK:+2} repeats=${repeats:-5}  # of each mistake
 
 # Archer tells the sanitizer what OpenMP orders; 66 is the exit code of a report. Archer guards its own table of locks by one
 # mutex. Seen by the sanitizer, that mutex would order any lock after every other, and hide most races of code that takes locks,
@@ -86,6 +86,7 @@ while read -r kernel form; do
     rigid/*) scenes="box_pit_4000" ;;
     *) scenes="" seen="no scene" log=$0; report "$kernel" "$form" - - clean "$(date +%s%N)" ;;
   esac
+  [ -z "${QUICK:-}" ] || scenes=${scenes%% *}
   for scene in $scenes; do
     clean "$kernel" "$form" $scene 2,4 $build/lockstep verify --kernel "$kernel" --form "$form" --scene $build/$scene.toml --threads 2,4
   done
