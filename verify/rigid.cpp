@@ -368,7 +368,7 @@ double lane_use_of_looks(const Placed<float>& placed, std::span<const Pair> pair
             used += active, there += lanes;
             for (const int k : which) left[k] -= left[k] > 0;
           }
-          std::ranges::stable_partition(which, [&](int k) { return left[k] > 0; });
+          std::stable_partition(which.begin(), which.end(), [&](int k) { return left[k] > 0; });
           return unfinished();
         });
   }

@@ -68,7 +68,7 @@ def here(rows):
         f"SIMD: serial time over openmp time on one thread, {rows[0]['lanes']} lanes; 'twin' is the serial form of the algorithm that "
         "openmp runs, where the best serial one is another. Both versions differ in data layout, too, so a gain may exceed what lanes "
         "alone give. Threads: one thread over two, measured, and one core over many, modelled. Lane use: the share of lanes that "
-        "hold something (of pair lists, in the vectors over pairs; pair by pair, six of eight)"
+        "hold something: a particle, a constraint, a pair that is still looked at, a candidate to test, near or not"
         + (f", counted for {len(known)} of the {len(rows)} rows." if known else "; these reports do not hold it.")
     ]
 
