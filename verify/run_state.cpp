@@ -70,7 +70,7 @@ int read_state(const std::string& path, const std::string& run, const std::vecto
   const int frame = std::stoi(take_line(rest));
   for (const Kept& array : state) {
     const std::span<std::byte> room = array.room(take<std::uint64_t>(rest));
-    std::memcpy(room.data(), rest.data(), room.size());
+    std::ranges::copy(std::as_bytes(std::span(rest).first(room.size())), room.begin());
     rest.remove_prefix(room.size());
   }
   return frame;
