@@ -96,14 +96,19 @@ void build_tree(const Bounds<Real>& bounds, Tree<Real>& tree) {
 
 void refit_tree(const Bounds<Real>& bounds, Tree<Real>& tree) {
   Bounds<Real>& boxes = tree.boxes;
-  int n = static_cast<int>(tree.order.size());
-  for (int level = 0; level < tree.levels(); ++level) {
-    const int first = tree.first[level], slots = tree.first[level + 1] - first;
-    // Every box of a level is one thread's, made from the level below; the loop's barrier ends it before the next level is begun.
-#pragma omp parallel for schedule(static)
-    for (int i = 0; i < slots; ++i)
-      boxes.set(first + i, i >= n ? empty_box<Real> : level == 0 ? zeros_positive(bounds.box(tree.order[i])) : box_of_node(tree, level, i));
-    n = (n + tree_width - 1) / tree_width;
+#pragma omp parallel
+  {
+    int n = static_cast<int>(tree.order.size());
+    for (int level = 0; level < tree.levels(); ++level) {
+      const int first = tree.first[level], slots = tree.first[level + 1] - first;
+      // Every box of a level is one thread's, made from the level below; the loop's barrier ends it before the next level is begun.
+#pragma omp for schedule(static)
+      for (int i = 0; i < slots; ++i)
+        boxes.set(first + i, i >= n       ? empty_box<Real>
+                             : level == 0 ? zeros_positive(bounds.box(tree.order[i]))
+                                          : box_of_node(tree, level, i));
+      n = (n + tree_width - 1) / tree_width;
+    }
   }
 }
 

@@ -10,12 +10,12 @@
 #include <array>
 #include <bit>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "common/array.h"
 #include "common/rigid/pairs.h"
 #include "common/simd.h"
+#include "openmp/rigid/radix_sort.h"
 #include "openmp/rigid/workspace.h"
 #include "openmp/share.h"
 
@@ -64,29 +64,20 @@ inline void order_pairs(int colliders, const std::vector<PairList>& lists, Pairs
   pairs.resize(n);
   Array<Pair>& parted = workspace().order_pairs;
   grow(parted, n);
-  std::vector<std::array<std::int32_t, parts>> next(omp_get_max_threads());  // [thread][part]
-  std::array<std::int32_t, parts + 1> first;                                 // [part]
+  Counts<parts> counts(omp_get_max_threads());
 
 #pragma omp parallel
   {
-    // Each thread counts and moves its own share, with its own places; the barriers stand between one thread's writing and another's
-    // reading.
+    // Each thread counts and moves its own share, and adds up all counts for itself; the barriers stand between one thread's writing and
+    // another's reading.
     const lockstep::openmp::Share mine = lockstep::openmp::my_share(n);
     std::array<std::int32_t, parts> count = {};
     for_each_pair(lists, mine.begin, mine.end, [&](std::int32_t a, std::int32_t) { ++count[a >> shift]; });
-    next[omp_get_thread_num()] = count;
+    counts[omp_get_thread_num()] = count;
 #pragma omp barrier
-#pragma omp single
-    {
-      int sum = 0;
-      for (int part = 0; part < parts; ++part) {
-        first[part] = sum;
-        for (int thread = 0; thread < omp_get_num_threads(); ++thread) sum += std::exchange(next[thread][part], sum);
-      }
-      first[parts] = sum;
-    }
-    count = next[omp_get_thread_num()];
-    for_each_pair(lists, mine.begin, mine.end, [&](std::int32_t a, std::int32_t b) { parted[count[a >> shift]++] = {a, b}; });
+    const std::array<std::int32_t, parts> first = places(counts, 0);
+    std::array<std::int32_t, parts> place = places(counts, omp_get_thread_num());
+    for_each_pair(lists, mine.begin, mine.end, [&](std::int32_t a, std::int32_t b) { parted[place[a >> shift]++] = {a, b}; });
 #pragma omp barrier
 
     std::vector<std::int32_t> begin;
@@ -94,7 +85,7 @@ inline void order_pairs(int colliders, const std::vector<PairList>& lists, Pairs
     // A part reads and writes its own pairs alone.
 #pragma omp for schedule(dynamic)
     for (int part = 0; part < parts; ++part) {
-      const int size = first[part + 1] - first[part];
+      const int size = (part + 1 < parts ? first[part + 1] : n) - first[part];
       if (size > 0) order_part(part << shift, 1 << shift, parted.data() + first[part], size, begin, b, pairs.data() + first[part]);
     }
   }
