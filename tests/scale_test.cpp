@@ -27,7 +27,7 @@ void spend(double ns) { time_ns = time_ns + ns; }
 const Costs free_of_charge = {};
 
 double modelled(int cores, const std::function<void()>& work, const Costs& costs = free_of_charge, double bytes = 0) {
-  return replay(record(cores, work, test_clock, 0), costs, bytes).total;
+  return replay(record(cores, work, test_clock, 0, Locks::noted), costs, bytes).total;
 }
 
 TEST(scale, perfectly_parallel) {
@@ -91,9 +91,34 @@ TEST(scale, all_under_one_lock) {
   };
   for (const int cores : {1, 2, 16, 64}) EXPECT_EQ(modelled(cores, work), 640) << cores;
   Costs costs;
-  costs.lock = {1, 5};
-  EXPECT_EQ(modelled(1, work, costs), 640 + 64);
-  EXPECT_EQ(modelled(64, work, costs), 640 + 1 + 63 * 5);
+  costs.lock_moved = 4;
+  EXPECT_EQ(modelled(1, work, costs), 640);
+  EXPECT_EQ(modelled(64, work, costs), 640 + 63 * 4);
+  omp_destroy_lock(&lock);
+}
+
+// To note each lock takes time that a record without does not have.
+TEST(scale, a_record_that_notes_locks_is_fitted_to_one_that_does_not) {
+  omp_lock_t lock;
+  omp_init_lock(&lock);
+  double under_lock = 30, beside = 15;
+  const auto work = [&] {
+    spend(100);
+#pragma omp parallel for schedule(static)
+    for (int i = 0; i < 64; ++i) {
+      spend(beside);
+      omp_set_lock(&lock);
+      spend(under_lock);
+      omp_unset_lock(&lock);
+    }
+  };
+  Record noted = record(16, work, test_clock, 0, Locks::noted);
+  EXPECT_TRUE(has_locks(noted));
+  under_lock = 20, beside = 10;
+  const Record whole = record(16, work, test_clock, 0, Locks::left_out);
+  EXPECT_FALSE(has_locks(whole));
+  fit(noted, whole);
+  EXPECT_DOUBLE_EQ(replay(noted, free_of_charge, 0).total, 100 + 10 + 64 * 20);
   omp_destroy_lock(&lock);
 }
 
@@ -143,7 +168,7 @@ TEST(scale, serial_parts_and_what_forks_barriers_and_chunks_cost) {
   EXPECT_EQ(modelled(1, work, costs), 1500 + 20 + 7 + 3);
   EXPECT_EQ(modelled(2, work, costs), 1500 + 20 + 100 + 20);
   EXPECT_EQ(modelled(16, work, costs), 1500 + 20 + 4 * 100 + 4 * 20);
-  const Replayed r = replay(record(16, work, test_clock, 0), costs, 0);
+  const Replayed r = replay(record(16, work, test_clock, 0, Locks::noted), costs, 0);
   EXPECT_EQ(r.work + r.serial + r.together + r.locks + r.dispatch + r.waiting, 16 * r.total);
 
   // One fetch at a time: eight threads take their first chunks one after another, and all ask once more in vain.
@@ -209,7 +234,7 @@ TEST(scale, what_is_computed_is_what_that_many_threads_compute) {
 #pragma omp parallel for schedule(static) reduction(+ : sum)
         for (int i = 0; i < 100; ++i) by[i] = omp_get_thread_num(), sum += i;
       },
-      test_clock, 0);
+      test_clock, 0, Locks::noted);
   EXPECT_EQ(threads, 64);
   EXPECT_EQ(sum, 4950);
   EXPECT_EQ(by.front(), 0);

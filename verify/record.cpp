@@ -13,7 +13,6 @@
 #include <new>
 #include <optional>
 #include <span>
-#include <thread>
 #include <vector>
 
 namespace lockstep::verify {
@@ -62,50 +61,52 @@ std::span<const std::unique_ptr<Member>> team(int cores) {
   return std::span(members).first(cores);
 }
 
-// An operating system's thread on which members run, so that each core's caches hold what its own members work on, and what others wrote
-// comes from another core, as it would. Only one host runs at a time. The first is the caller's own thread.
+// A thread of OpenMP's own on which members run, so that each core's caches hold what its own members work on, and what others wrote
+// comes from another core, as it would. Only one host runs at a time. The first is the one that makes the record.
 class Host {
  public:
   // Runs m until it yields or ends.
   void run(Member& m) {
-    if (!thread_.joinable()) {
-      swapcontext(&scheduler_, &m.context);
-      return;
-    }
     turn_.store(&m, std::memory_order_release);
-    while (turn_.load(std::memory_order_acquire)) std::this_thread::yield();
+    while (turn_.load(std::memory_order_acquire)) pause();
+  }
+  // What the thread does until `all_done`. It does not give up its core between turns: the system might have others run there, or move it.
+  void serve(const std::atomic<bool>& all_done) {
+    while (!all_done.load(std::memory_order_acquire)) {
+      if (Member* const m = turn_.load(std::memory_order_acquire)) {
+        swapcontext(&scheduler_, &m->context);
+        turn_.store(nullptr, std::memory_order_release);
+      } else {
+        pause();
+      }
+    }
   }
   ucontext_t* scheduler() { return &scheduler_; }
 
-  void start() {
-    thread_ = std::jthread([this](const std::stop_token& stop) {
-      while (!stop.stop_requested()) {
-        if (Member* const m = turn_.load(std::memory_order_acquire)) {
-          swapcontext(&scheduler_, &m->context);
-          turn_.store(nullptr, std::memory_order_release);
-        } else {
-          std::this_thread::yield();
-        }
-      }
-    });
+ private:
+  static void pause() {
+#if defined(__x86_64__)
+    __builtin_ia32_pause();
+#endif
   }
 
- private:
   ucontext_t scheduler_;
   std::atomic<Member*> turn_ = nullptr;  // who is to run, until it has
-  std::jthread thread_;
 };
 
 class Recorder {
  public:
-  Recorder(int cores, double (*clock)(), double clock_ns)
-      : clock_(clock), clock_ns_(clock_ns), members_(team(cores)), hosts_(std::min(cores, omp_get_num_procs())) {
+  Recorder(int cores, double (*clock)(), double clock_ns, Locks locks)
+      : clock_(clock), clock_ns_(clock_ns), locks_(locks), members_(team(cores)), hosts_(std::min(cores, omp_get_num_procs())) {
     record_.cores = cores;
-    for (std::size_t h = 1; h < hosts_.size(); ++h) hosts_[h].start();
-    resumed_ = clock_();
   }
 
-  Record finish() {
+  int hosts() const { return static_cast<int>(hosts_.size()); }
+  Host& host(int h) { return hosts_[h]; }
+
+  Record make(const std::function<void()>& work) {
+    resumed_ = clock_();
+    work();
     record_.serial_ns.push_back(stretch());
     return std::move(record_);
   }
@@ -142,7 +143,11 @@ class Recorder {
     }
     while (const std::optional<int> next = next_member()) {
       running_ = *next;
-      host_of(running_).run(*members_[running_]);
+      Host& host = host_of(running_);
+      if (&host == &hosts_.front())
+        swapcontext(host.scheduler(), &members_[running_]->context);
+      else
+        host.run(*members_[running_]);
     }
     running_ = -1;
     resumed_ = clock_();
@@ -178,12 +183,8 @@ class Recorder {
   // Whether this thread is the one that runs it.
   bool single() { return meet({}); }
 
-  void lock(Event::Kind kind, const void* which) {
-    if (running_ < 0) return;
-    end_work();
-    add({kind, 0, which});
-    resumed_ = clock_();
-  }
+  void set(omp_lock_t* lock);
+  void unset(omp_lock_t* lock);
 
  private:
   static void run_member();
@@ -206,6 +207,13 @@ class Recorder {
     const double ns = stretch();
     members_[running_]->worked += ns;
     if (ns > 0) add({Event::work, ns});
+  }
+
+  void note(Event::Kind kind, const void* which) {
+    if (running_ < 0 || locks_ == Locks::left_out) return;
+    end_work();
+    add({kind, 0, which});
+    resumed_ = clock_();
   }
 
   void yield(decltype(Member::state) state) {
@@ -233,6 +241,7 @@ class Recorder {
 
   double (*clock_)();
   double clock_ns_, resumed_;
+  Locks locks_;
   Record record_;
   std::span<const std::unique_ptr<Member>> members_;
   std::vector<Shared> shared_;
@@ -256,12 +265,71 @@ void Recorder::run_member() {
 
 }  // namespace
 
-Record record(int cores, const std::function<void()>& work, double (*clock)(), double clock_ns) {
-  Recorder mine(cores, clock, clock_ns);
-  recorder = &mine;
-  work();
-  recorder = nullptr;
-  return mine.finish();
+Record record(int cores, const std::function<void()>& work, double (*clock)(), double clock_ns, Locks locks) {
+  Recorder mine(cores, clock, clock_ns, locks);
+  std::atomic<bool> all_done = false;
+  Record made;
+  // One thread makes the record, the others serve it. None calls OpenMP for itself from the barrier on, so that `recorder` may then be set.
+#pragma omp parallel num_threads(mine.hosts())
+  {
+    const int thread = omp_get_thread_num();
+#pragma omp barrier
+    if (thread == 0) {
+      recorder = &mine;
+      made = mine.make(work);
+      recorder = nullptr;
+      all_done.store(true, std::memory_order_release);
+    } else {
+      mine.host(thread).serve(all_done);
+    }
+  }
+  return made;
+}
+
+bool has_locks(const Record& record) {
+  for (const Region& region : record.regions)
+    for (const std::vector<Event>& events : region)
+      if (std::ranges::find(events, Event::lock, &Event::kind) != events.end()) return true;
+  return false;
+}
+
+namespace {
+
+double work_in(const Region& region) {
+  double ns = 0;
+  for (const std::vector<Event>& events : region)
+    for (const Event& event : events) ns += event.ns;
+  return ns;
+}
+
+}  // namespace
+
+void fit(Record& noted, const Record& whole) {
+  for (std::size_t r = 0; r < noted.regions.size(); ++r) {
+    const double had = work_in(noted.regions[r]), has = work_in(whole.regions[r]);
+    if (had == 0) continue;
+    for (std::vector<Event>& events : noted.regions[r])
+      for (Event& event : events) event.ns *= has / had;
+  }
+}
+
+}  // namespace lockstep::verify
+
+extern "C" {
+void __real_omp_set_lock(omp_lock_t* lock);
+void __real_omp_unset_lock(omp_lock_t* lock);
+}
+
+namespace lockstep::verify {
+
+void Recorder::set(omp_lock_t* lock) {
+  note(Event::lock, lock);
+  __real_omp_set_lock(lock);
+}
+
+void Recorder::unset(omp_lock_t* lock) {
+  __real_omp_unset_lock(lock);
+  note(Event::unlock, lock);
 }
 
 }  // namespace lockstep::verify
@@ -306,6 +374,6 @@ WRAP(bool, GOMP_single_start, (), (), recorder->single())
 WRAP(int, omp_get_thread_num, (), (), recorder->thread())
 WRAP(int, omp_get_num_threads, (), (), recorder->alone() ? 1 : recorder->cores())
 WRAP(int, omp_get_max_threads, (), (), recorder->cores())
-WRAP(void, omp_set_lock, (omp_lock_t * lock), (lock), recorder->lock(Event::lock, lock))
-WRAP(void, omp_unset_lock, (omp_lock_t * lock), (lock), recorder->lock(Event::unlock, lock))
+WRAP(void, omp_set_lock, (omp_lock_t * lock), (lock), recorder->set(lock))
+WRAP(void, omp_unset_lock, (omp_lock_t * lock), (lock), recorder->unset(lock))
 }

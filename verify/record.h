@@ -30,7 +30,15 @@ struct Record {
 
 // Runs `work` once. `clock` gives the time in ns; `clock_ns` is what reading it costs, which is taken from every stretch of work.
 // omp_get_max_threads() is `cores` for `work`. Regions within regions have one thread, as by default in OpenMP. Not for two threads at
-// once.
-Record record(int cores, const std::function<void()>& work, double (*clock)(), double clock_ns);
+// once. Locks are taken in any case, though no one else asks: what that costs is work.
+enum class Locks { noted, left_out };
+Record record(int cores, const std::function<void()>& work, double (*clock)(), double clock_ns, Locks locks);
+
+bool has_locks(const Record& record);
+
+// Gives each region of `noted` as much work as it has in `whole`, of the same work with locks left out. To read the clock at each of a
+// million locks takes time that nothing tells from the kernel's own: a processor does much of both at once. So the one record says how work
+// is spread over the locks, the other how much it is.
+void fit(Record& noted, const Record& whole);
 
 }  // namespace lockstep::verify

@@ -31,9 +31,8 @@ double replay_region(const Region& region, const Costs& costs, Replayed& spent) 
   std::priority_queue<Turn, std::vector<Turn>, std::greater<>> turns;
   for (int c = 0; c < cores; ++c) turns.push({0, c});
 
-  const auto price = [&](const OneAtATime& cost, int last, int c) { return last < 0 || last == c ? cost.again : cost.moved; };
   const auto take = [&](Lock& g, int c) {
-    const double cost = price(costs.lock, g.last, c);
+    const double cost = g.last < 0 || g.last == c ? 0 : costs.lock_moved;
     g.holder = g.last = c;
     core[c].now += cost;
     spent.locks += cost;
@@ -75,7 +74,7 @@ double replay_region(const Region& region, const Costs& costs, Replayed& spent) 
       }
       case Event::dispatch: {
         auto& [free_from, last] = counter.try_emplace(event.what, 0., -1).first->second;
-        const double done = std::max(me.now, free_from) + price(costs.dispatch, last, c);
+        const double done = std::max(me.now, free_from) + (last < 0 || last == c ? costs.dispatch.again : costs.dispatch.moved);
         spent.dispatch += done - me.now;
         me.now = free_from = done;
         last = c;

@@ -22,7 +22,7 @@ struct OneAtATime {
 
 struct Costs {
   Together fork_join, barrier;
-  OneAtATime lock;          // to take and give back
+  double lock_moved = 0;    // to have a lock that another core had last, beyond what one's own costs, which is in the record
   OneAtATime dispatch;      // to fetch a chunk of a loop
   double bytes_per_ns = 0;  // of memory, by all cores together; no bound where 0
 };

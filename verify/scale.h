@@ -13,6 +13,7 @@ struct Model {
   double clock_cost_ns;
 };
 Model measure_model();
+Model less_disturbed(const Model& a, const Model& b);  // what disturbs only adds
 nlohmann::ordered_json describe(const Model& model);
 
 // Work that can be done again after `reset`, and what it must move to and from memory where caches do not hold it.

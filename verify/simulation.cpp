@@ -97,13 +97,16 @@ Simulation fluid_simulation(const RunOptions& options) {
           [state] {
             const fluid::Model<float>& model = state->model;
             const fluid::Particles<float>& p = state->particles;
-            const float through =
-                model.walls ? model.smoothing_length : std::numeric_limits<float>::max();  // walls give way, but not so far
-            const auto within = [&](float x, float least, float most) { return x >= least - through && x <= most + through; };
+            // Walls push back, from the step after the one in which a particle came through: it is out by no more than what they give way
+            // and what it moves in a step.
+            const auto within = [&](float x, float least, float most, float give) { return x >= least - give && x <= most + give; };
             return first_fault("particle ", p.count, " is no number or through a wall", [&](int i) {
-              const Vectors<float>&x = p.position, &v = p.velocity;
-              return within(x.x[i], model.domain_min.x, model.domain_max.x) && within(x.y[i], model.domain_min.y, model.domain_max.y) &&
-                     within(x.z[i], model.domain_min.z, model.domain_max.z) && finite({v.x[i], v.y[i], v.z[i]});
+              const Vectors<float>&x = p.position, &v = p.half_velocity;
+              const Vector3<float> move = model.time_step * Vector3<float>{v.x[i], v.y[i], v.z[i]};
+              const float give = model.walls ? model.smoothing_length + std::sqrt(dot(move, move)) : std::numeric_limits<float>::max();
+              return within(x.x[i], model.domain_min.x, model.domain_max.x, give) &&
+                     within(x.y[i], model.domain_min.y, model.domain_max.y, give) &&
+                     within(x.z[i], model.domain_min.z, model.domain_max.z, give) && finite(move);
             });
           },
       .summary = nullptr,
