@@ -15,6 +15,11 @@
 #include <span>
 #include <vector>
 
+extern "C" {
+void __real_omp_set_lock(omp_lock_t* lock);
+void __real_omp_unset_lock(omp_lock_t* lock);
+}
+
 namespace lockstep::verify {
 namespace {
 
@@ -183,8 +188,14 @@ class Recorder {
   // Whether this thread is the one that runs it.
   bool single() { return meet({}); }
 
-  void set(omp_lock_t* lock);
-  void unset(omp_lock_t* lock);
+  void set(omp_lock_t* lock) {
+    note(Event::lock, lock);
+    __real_omp_set_lock(lock);
+  }
+  void unset(omp_lock_t* lock) {
+    __real_omp_unset_lock(lock);
+    note(Event::unlock, lock);
+  }
 
  private:
   static void run_member();
@@ -311,25 +322,6 @@ void fit(Record& noted, const Record& whole) {
     for (std::vector<Event>& events : noted.regions[r])
       for (Event& event : events) event.ns *= has / had;
   }
-}
-
-}  // namespace lockstep::verify
-
-extern "C" {
-void __real_omp_set_lock(omp_lock_t* lock);
-void __real_omp_unset_lock(omp_lock_t* lock);
-}
-
-namespace lockstep::verify {
-
-void Recorder::set(omp_lock_t* lock) {
-  note(Event::lock, lock);
-  __real_omp_set_lock(lock);
-}
-
-void Recorder::unset(omp_lock_t* lock) {
-  __real_omp_unset_lock(lock);
-  note(Event::unlock, lock);
 }
 
 }  // namespace lockstep::verify
