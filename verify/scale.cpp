@@ -51,12 +51,12 @@ nlohmann::ordered_json describe(const Model& model) {
 
 namespace {
 
-// How often to record and to time: so often at the least, at the most, and as fits the time between.
+// How often to record and, on cores that the machine has, to time: so often at the least, and as fits the time.
 struct Effort {
-  int least, most;
-  double seconds;
+  int least;
+  double seconds_here, seconds_beyond;
 };
-constexpr Effort full_effort = {3, 50, .2}, quick_effort = {1, 1, 0};
+constexpr Effort full_effort = {3, .2, .05}, quick_effort = {1, 0, 0};
 
 // How often, with minutes between, what can be measured is recorded and timed again: others on the machine disturb it for longer than a row
 // takes.
@@ -92,8 +92,8 @@ nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int
   Replayed r = {.total = std::numeric_limits<double>::infinity()};
   double measured_ms = r.total;
   const Effort effort = quick ? quick_effort : full_effort;
-  const double enough = now() + effort.seconds;
-  for (int repeat = 0; repeat < effort.least || (repeat < effort.most && now() < enough); ++repeat) {
+  const double enough = now() + (here ? effort.seconds_here : effort.seconds_beyond);
+  for (int repeat = 0; repeat < effort.least || now() < enough; ++repeat) {
     const auto record_with = [&](Locks locks) {
       what.reset();
       return record(cores, what.work, clock_ns, model.clock_cost_ns, locks);
