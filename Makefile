@@ -95,7 +95,7 @@ portable: build/lockstep  ## verify with AVX2, without the machine's lanes, and 
 	$(PYTHON) verify/same_bits.py --bitwise build/portable_*.json
 # Folder, lanes, compiler.
 define verify_elsewhere
-$(MAKE) build/$(1)/lockstep BUILD=build/$(1) ISA=$(2) CXX=$(3)
++$(MAKE) build/$(1)/lockstep BUILD=build/$(1) ISA=$(2) CXX=$(3)
 build/$(1)/lockstep verify --threads 1,2 --json build/portable_$(1).json
 endef
 
