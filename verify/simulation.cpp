@@ -101,12 +101,12 @@ Simulation fluid_simulation(const RunOptions& options) {
             // and what it moves in a step.
             const auto within = [&](float x, float least, float most, float give) { return x >= least - give && x <= most + give; };
             return first_fault("particle ", p.count, " is no number or through a wall", [&](int i) {
-              const Vectors<float>&x = p.position, &v = p.half_velocity;
-              const Vector3<float> move = model.time_step * Vector3<float>{v.x[i], v.y[i], v.z[i]};
+              const Vectors<float>&x = p.position, &v = p.velocity, &half = p.half_velocity;
+              const Vector3<float> move = model.time_step * Vector3<float>{half.x[i], half.y[i], half.z[i]};
               const float give = model.walls ? model.smoothing_length + std::sqrt(dot(move, move)) : std::numeric_limits<float>::max();
               return within(x.x[i], model.domain_min.x, model.domain_max.x, give) &&
                      within(x.y[i], model.domain_min.y, model.domain_max.y, give) &&
-                     within(x.z[i], model.domain_min.z, model.domain_max.z, give) && finite(move);
+                     within(x.z[i], model.domain_min.z, model.domain_max.z, give) && finite(move) && finite({v.x[i], v.y[i], v.z[i]});
             });
           },
       .summary = nullptr,
