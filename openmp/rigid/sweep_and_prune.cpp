@@ -71,17 +71,21 @@ void sweep(const Bounds<Real>& bounds, std::span<const std::int32_t> group, cons
     const Real *const low_v = along(lows, v).data(), *const high_v = along(highs, v).data();
     const Owners owners(sorted);
     const int first = block * lanes, last = first + lanes;
-    const Real end = reduce_max(load(high + first));
-    for (int j = first; low[j] <= end; j += lanes) {  // what is beyond the last box begins at infinity
-      const floatv begin_j = load(low + j), begin_u = load(low_u + j), end_u = load(high_u + j), begin_v = load(low_v + j),
-                   end_v = load(high_v + j);
+    // Boxes j .. j + 15, of which box k meets candidates(k).
+    const auto meet = [&](int j, const auto& candidates) {
+      const floatv begin_u = load(low_u + j), end_u = load(high_u + j), begin_v = load(low_v + j), end_v = load(high_v + j);
       for (int k = first; k < last; ++k) {
-        const maskv after = j > first ? first_lanes(lanes) : ~first_lanes(k - first + 1);
-        const maskv hit =
-            after & (begin_j <= high[k]) & (begin_u <= high_u[k]) & (end_u >= low_u[k]) & (begin_v <= high_v[k]) & (end_v >= low_v[k]);
+        const maskv hit = candidates(k) & (begin_u <= high_u[k]) & (end_u >= low_u[k]) & (begin_v <= high_v[k]) & (end_v >= low_v[k]);
         if (any(hit)) add_hits(owners, k, j, hit, mine);
       }
-    }
+    };
+    const auto begun = [&](int j) { return [=, begin = load(low + j)](int k) { return begin <= high[k]; }; };
+    meet(first, [&, begun = begun(first)](int k) { return begun(k) & ~first_lanes(k - first + 1); });
+    int j = last;
+    // As long as all sixteen begin before any of the block ends, the axis has nothing more to say.
+    const Real first_end = reduce_min(load(high + first)), last_end = reduce_max(load(high + first));
+    for (; low[j + lanes - 1] <= first_end; j += lanes) meet(j, [](int) { return first_lanes(lanes); });
+    for (; low[j] <= last_end; j += lanes) meet(j, begun(j));  // what is beyond the last box begins at infinity
   });
   order_pairs(bounds.count, found, pairs);
 }
