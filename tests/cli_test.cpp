@@ -404,9 +404,11 @@ TEST_F(Cli, BenchesAndReports) {
   expect_machine(report);
   std::set<std::string> variants;
   for (const auto& row : report["rows"]) {
-    expect_fields(
-        row, {"kernel", "form", "scene", "variant", "threads", "lanes", "ms", "spread", "items", "unit", "items_per_s", "bytes", "flops"});
-    EXPECT_GT(row["ms"].get<double>(), 0);
+    expect_fields(row, {"kernel", "form", "scene", "variant", "threads", "lanes", "cores", "ms", "least_ms", "spread", "items", "unit",
+                        "items_per_s", "bytes", "flops"});
+    EXPECT_GT(row["least_ms"].get<double>(), 0);
+    EXPECT_LE(row["least_ms"].get<double>(), row["ms"].get<double>());
+    EXPECT_GT(row["cores"].get<double>(), 0);
     variants.insert(row["variant"].get<std::string>());
   }
   EXPECT_EQ(variants, (std::set<std::string>{"serial", "openmp"}));

@@ -47,6 +47,21 @@ double fma_gflop_per_s(int threads) {
   return sum > 0 ? best : 0;  // keeps the chains from being optimised away
 }
 
+double turns_per_ns(int threads) {
+  constexpr int turns = 30'000;
+  int hits = 0;
+  const double start = now();
+  // Each thread works on its own registers.
+#pragma omp parallel num_threads(threads) reduction(+ : hits)
+  for (int turn = 0; turn < turns; ++turn) {
+    const floatv t(static_cast<float>(turn));
+    const maskv hit = (floatv(1.f) <= t) & (floatv(2.f) <= t) & (floatv(3.f) <= t) & (t <= floatv(.5f)) & (t <= floatv(.1f));
+    if (any(hit)) ++hits;
+  }
+  const double ns = 1e9 * (now() - start);
+  return hits == 0 ? threads * turns / ns : 0;  // asked, so that the loop is not optimised away
+}
+
 double last_level_cache() {
   double largest = 0;
   for (int index = 0;; ++index) {
