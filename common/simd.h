@@ -95,6 +95,7 @@ intv min(intv a, intv b);
 intv max(intv a, intv b);
 intv to_int(floatv a);    // truncated; INT32_MIN where that does not fit, and for NaN
 floatv to_float(intv a);  // rounded to nearest
+intv bits_of(floatv a);   // the same 32 bits: of records that hold ints beside floats
 
 // Comparison. With a NaN, != is true and all others are false.
 maskv operator<(floatv a, floatv b);

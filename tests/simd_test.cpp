@@ -42,6 +42,7 @@ float sqrt(float a) { return std::sqrt(a); }
 float fma(float a, float b, float c) { return std::fma(a, b, c); }
 std::int32_t to_int(float a) { return a >= -0x1p31f && a < 0x1p31f ? static_cast<std::int32_t>(a) : INT32_MIN; }
 float to_float(std::int32_t a) { return static_cast<float>(a); }
+std::int32_t bits_of(float a) { return std::bit_cast<std::int32_t>(a); }
 
 // Test values: every special one meets every other sooner or later, and random bits reach all exponents.
 constexpr float inf = std::numeric_limits<float>::infinity();
@@ -324,6 +325,7 @@ TEST(Simd, FloatArithmetic) {
   check<Floats>(Nan::copied, [](auto a) { return max(min(a, 1.0f), 0.0f); });  // with broadcast constants
   check<Floats>(Nan::copied, [](auto a) { return max(0.0f, min(1.0f, a)); });
   check<Floats>(Nan::copied, [](auto a) { return to_int(a); });
+  check<Floats>(Nan::copied, [](auto a) { return bits_of(a); });
 }
 
 TEST(Simd, IntArithmetic) {

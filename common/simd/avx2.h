@@ -215,6 +215,7 @@ LOCKSTEP_INLINE intv min(intv a, intv b) { return {_mm256_min_epi32(a.lo, b.lo),
 LOCKSTEP_INLINE intv max(intv a, intv b) { return {_mm256_max_epi32(a.lo, b.lo), _mm256_max_epi32(a.hi, b.hi)}; }
 LOCKSTEP_INLINE intv to_int(floatv a) { return {_mm256_cvttps_epi32(a.lo), _mm256_cvttps_epi32(a.hi)}; }
 LOCKSTEP_INLINE floatv to_float(intv a) { return {_mm256_cvtepi32_ps(a.lo), _mm256_cvtepi32_ps(a.hi)}; }
+LOCKSTEP_INLINE intv bits_of(floatv a) { return {_mm256_castps_si256(a.lo), _mm256_castps_si256(a.hi)}; }
 
 template <int predicate>
 LOCKSTEP_INLINE maskv compare_lanes(floatv a, floatv b) {

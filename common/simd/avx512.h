@@ -200,6 +200,7 @@ LOCKSTEP_INLINE intv min(intv a, intv b) { return _mm512_min_epi32(a.v, b.v); }
 LOCKSTEP_INLINE intv max(intv a, intv b) { return _mm512_max_epi32(a.v, b.v); }
 LOCKSTEP_INLINE intv to_int(floatv a) { return _mm512_cvttps_epi32(a.v); }
 LOCKSTEP_INLINE floatv to_float(intv a) { return _mm512_cvtepi32_ps(a.v); }
+LOCKSTEP_INLINE intv bits_of(floatv a) { return _mm512_castps_si512(a.v); }
 
 LOCKSTEP_INLINE maskv operator<(floatv a, floatv b) { return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LT_OQ)}; }
 LOCKSTEP_INLINE maskv operator<=(floatv a, floatv b) { return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ)}; }

@@ -249,6 +249,9 @@ LOCKSTEP_INLINE intv to_int(floatv a) {
 LOCKSTEP_INLINE floatv to_float(intv a) {
   return float_lanes([&](int l) { return static_cast<float>(a.lane[l]); });
 }
+LOCKSTEP_INLINE intv bits_of(floatv a) {
+  return int_lanes([&](int l) { return std::bit_cast<std::int32_t>(a.lane[l]); });
+}
 
 LOCKSTEP_INLINE maskv operator<(floatv a, floatv b) {
   return mask_lanes([&](int l) { return a.lane[l] < b.lane[l]; });
