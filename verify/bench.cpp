@@ -5,8 +5,9 @@
 //
 // Two virtual cores are not always two: for seconds on end both may be halves of one of the host's, or another guest has the other half.
 // Two threads then gain 1.1 or 1.7 times one where they gain 1.95 else. So before and after each sample a loop over registers says how many
-// cores' work the threads get done. Samples in which that is less than .85 of the cores there are are set aside, and more are taken. Where
-// whole cores are not to be had, the row is of all samples; `cores` says what they had.
+// cores' work the threads get done. Samples in which that is less than nine tenths of the cores there are are set aside; a case left with
+// too few is measured again behind all others, for a minute in all. Where whole cores are not to be had, the row is of all samples; `cores`
+// says what they had.
 //
 // GB/s and GFLOP/s come from the bytes and flops declared beside each kernel and stand against this machine's peaks, which the program
 // measures itself: triad a = b + s c over arrays beyond the caches, and independent fused multiply-adds in lanes.
@@ -14,7 +15,9 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <deque>
 #include <filesystem>
+#include <numeric>
 
 #include "common/simd.h"
 #include "verify/costs.h"
@@ -27,7 +30,7 @@ namespace {
 struct Effort {
   std::size_t repeats;  // of a variant
   double seconds;       // a variant
-  double patience;      // seconds, of all rows: for whole cores
+  double patience;      // seconds, of all cases, to measure again what lacked cores
 };
 constexpr Effort full_effort = {15, .5, 60}, quick_effort = {1, 0, 0};
 
@@ -47,7 +50,7 @@ struct Variant {
 std::vector<Sample> on_whole_cores(const Variant& variant, double turns) {
   std::vector<Sample> whole;
   std::ranges::copy_if(variant.samples, std::back_inserter(whole),
-                       [&](const Sample& s) { return s.turns >= .85 * turns * variant.cores(); });
+                       [&](const Sample& s) { return s.turns >= .9 * turns * variant.cores(); });
   return whole;
 }
 
@@ -57,6 +60,74 @@ double quantile(const std::vector<Sample>& samples, double Sample::*of, double q
   for (const Sample& s : samples) sorted.push_back(s.*of);
   std::ranges::sort(sorted);
   return sorted[static_cast<std::size_t>(q * (sorted.size() - 1))];
+}
+
+// Rows of a case, and whether too few of its samples had whole cores.
+struct Measured {
+  nlohmann::ordered_json rows;
+  bool lacks_cores;
+};
+
+// `turns`: the most turns that a core has been seen to make.
+Measured measure(const Kernel& kernel, const std::string& scene_path, const std::vector<int>& threads, const Effort& effort,
+                 double& turns) {
+  const Case run = kernel.make(scene_path);
+  // Speed-ups are over the best serial algorithm; where openmp runs another one, what that costs in serial has a row too.
+  std::vector<Variant> variants = {{"serial", 1, run.best_serial ? run.best_serial : run.serial, {}}};
+  if (run.best_serial) variants.push_back({"serial_twin", 1, run.serial, {}});
+  for (int count : threads) variants.push_back({"openmp", count, run.openmp, {}});
+  const double enough = now() + effort.seconds * variants.size();
+  for (std::size_t repeat = 0; repeat < effort.repeats || now() < enough; ++repeat)
+    for (Variant& variant : variants) {
+      omp_set_num_threads(variant.threads);
+      run.reset();
+      wake_team();
+      const double turns_before = turns_per_ns(variant.threads);
+      const double start = now();
+      variant.work();
+      const double seconds = now() - start;
+      const double turns_after = turns_per_ns(variant.threads);
+      variant.samples.push_back({seconds, std::min(turns_before, turns_after)});
+      turns = std::max(turns, std::max(turns_before, turns_after) / variant.cores());
+    }
+
+  Measured measured = {nlohmann::ordered_json::array(), false};
+  for (const Variant& variant : variants) {
+    const std::vector<Sample> whole = on_whole_cores(variant, turns);
+    const bool lacks_cores = whole.size() < std::clamp<std::size_t>(variant.samples.size() / 2, 1, effort.repeats);
+    measured.lacks_cores |= lacks_cores;
+    const std::vector<Sample>& samples = lacks_cores ? variant.samples : whole;
+    const auto seconds = [&](double q) { return quantile(samples, &Sample::seconds, q); };
+    const double median = seconds(.5);
+    const Work& work = run.work;
+    measured.rows.push_back({{"kernel", kernel.name},
+                             {"form", kernel.form},
+                             {"scene", std::filesystem::path(scene_path).stem().string()},
+                             {"variant", variant.name},
+                             {"threads", variant.threads},
+                             {"lanes", variant.name == "openmp" ? lanes : 1},
+                             {"cores", quantile(samples, &Sample::turns, .5) / turns},
+                             {"ms", median * 1e3},
+                             {"least_ms", seconds(0) * 1e3},
+                             {"spread", (seconds(.75) - seconds(.25)) / median},
+                             {"items", work.items},
+                             {"unit", work.unit},
+                             {"items_per_s", work.items / median},
+                             {"bytes", work.bytes},
+                             {"flops", work.flops}});
+    if (variant.name == "openmp" && work.lane_use > 0) measured.rows.back()["lane_use"] = work.lane_use;
+  }
+  return measured;
+}
+
+void print(const nlohmann::ordered_json& row, double serial_ms) {
+  const auto text = [&](const char* key) { return row[key].get<std::string>(); };
+  const auto number = [&](const char* key) { return row[key].get<double>(); };
+  const double ms = number("ms");
+  std::printf("%-19s %-13s %-15s %-11s %7d %5.2f %9.3f %9.3f %6.1f%% %12.4g %7.2f %8.2f %9.2f\n", text("kernel").c_str(),
+              text("form").c_str(), text("scene").c_str(), text("variant").c_str(), row["threads"].get<int>(), number("cores"), ms,
+              number("least_ms"), number("spread") * 100, number("items_per_s"), number("bytes") / ms * 1e-6, number("flops") / ms * 1e-6,
+              serial_ms / ms);
 }
 
 }  // namespace
@@ -75,66 +146,35 @@ int bench(const Options& options) {
   std::printf("%-19s %-13s %-15s %-11s %7s %5s %9s %9s %7s %12s %7s %8s %9s\n", "kernel", "form", "scene", "variant", "threads", "cores",
               "ms", "least", "spread", "items/s", "GB/s", "GFLOP/s", "x serial");
 
-  auto rows = nlohmann::ordered_json::array();
-  double turns_of_core = 0;  // the most that have been seen
   const auto selected = select(options, Purpose::bench);
   const Effort effort = options.quick ? quick_effort : full_effort;
-  for (const auto& [kernel, scene_path] : selected) {
-    const std::string scene = std::filesystem::path(scene_path).stem();
-    progress(kernel.name + " " + kernel.form + " on " + scene);
-    const Case run = kernel.make(scene_path);
-    // Speed-ups are over the best serial algorithm; where openmp runs another one, what that costs in serial has a row too.
-    std::vector<Variant> variants = {{"serial", 1, run.best_serial ? run.best_serial : run.serial, {}}};
-    if (run.best_serial) variants.push_back({"serial_twin", 1, run.serial, {}});
-    for (int threads : options.threads) variants.push_back({"openmp", threads, run.openmp, {}});
-    const double enough = now() + effort.seconds * variants.size(), latest = enough + effort.patience / selected.size();
-    const auto lacks_cores = [&](const Variant& variant) { return on_whole_cores(variant, turns_of_core).size() < effort.repeats; };
-    for (std::size_t repeat = 0;
-         repeat < effort.repeats || now() < enough || (now() < latest && std::ranges::any_of(variants, lacks_cores)); ++repeat)
-      for (Variant& variant : variants) {
-        omp_set_num_threads(variant.threads);
-        run.reset();
-        wake_team();
-        const double turns_before = turns_per_ns(variant.threads);
-        const double start = now();
-        variant.work();
-        const double seconds = now() - start;
-        const double turns_after = turns_per_ns(variant.threads);
-        variant.samples.push_back({seconds, std::min(turns_before, turns_after)});
-        turns_of_core = std::max(turns_of_core, std::max(turns_before, turns_after) / variant.cores());
+  std::vector<nlohmann::ordered_json> rows(selected.size());  // of each case
+  std::deque<std::size_t> waiting(selected.size());
+  std::iota(waiting.begin(), waiting.end(), 0);
+  double turns = 0, patience = effort.patience;
+  for (std::size_t turn = 0; !waiting.empty(); ++turn) {
+    const std::size_t k = waiting.front();
+    waiting.pop_front();
+    const bool again = turn >= selected.size();
+    if (!again || patience > 0) {
+      const auto& [kernel, scene_path] = selected[k];
+      progress(kernel.name + " " + kernel.form + " on " + std::filesystem::path(scene_path).stem().string());
+      const double start = now();
+      const Measured measured = measure(kernel, scene_path, options.threads, effort, turns);
+      progress("");
+      if (again) patience -= now() - start;
+      if (!again || !measured.lacks_cores) rows[k] = measured.rows;
+      if (measured.lacks_cores && patience > 0) {
+        waiting.push_back(k);
+        continue;
       }
-    progress("");
-    double serial_median = 0;
-    for (const Variant& variant : variants) {
-      const std::vector<Sample> samples = lacks_cores(variant) ? variant.samples : on_whole_cores(variant, turns_of_core);
-      const auto seconds = [&](double q) { return quantile(samples, &Sample::seconds, q); };
-      const double median = seconds(.5), least = seconds(0), spread = (seconds(.75) - seconds(.25)) / median;
-      const double cores = quantile(samples, &Sample::turns, .5) / turns_of_core;
-      if (variant.name == "serial") serial_median = median;
-      const Work& work = run.work;
-      std::printf("%-19s %-13s %-15s %-11s %7d %5.2f %9.3f %9.3f %6.1f%% %12.4g %7.2f %8.2f %9.2f\n", kernel.name.c_str(),
-                  kernel.form.c_str(), scene.c_str(), variant.name.c_str(), variant.threads, cores, median * 1e3, least * 1e3, spread * 100,
-                  work.items / median, work.bytes / median * 1e-9, work.flops / median * 1e-9, serial_median / median);
-      std::fflush(stdout);
-      rows.push_back({{"kernel", kernel.name},
-                      {"form", kernel.form},
-                      {"scene", scene},
-                      {"variant", variant.name},
-                      {"threads", variant.threads},
-                      {"lanes", variant.name == "openmp" ? lanes : 1},
-                      {"cores", cores},
-                      {"ms", median * 1e3},
-                      {"least_ms", least * 1e3},
-                      {"spread", spread},
-                      {"items", work.items},
-                      {"unit", work.unit},
-                      {"items_per_s", work.items / median},
-                      {"bytes", work.bytes},
-                      {"flops", work.flops}});
-      if (variant.name == "openmp" && work.lane_use > 0) rows.back()["lane_use"] = work.lane_use;
     }
+    for (const auto& row : rows[k]) print(row, rows[k][0]["ms"]);
+    std::fflush(stdout);
   }
-  if (!options.json.empty()) write_report(options.json, on, rows);
+  auto all = nlohmann::ordered_json::array();
+  for (const auto& of_case : rows) all.insert(all.end(), of_case.begin(), of_case.end());
+  if (!options.json.empty()) write_report(options.json, on, all);
   return 0;
 }
 
