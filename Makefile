@@ -107,7 +107,7 @@ build/fuzz/loaders_fuzz: $(patsubst %.cpp,$(BUILD)/%.o,$(shell find common tests
 	$(CXX) $(FLAGS) $^ $(LIBS) -o $@
 
 endure: build/lockstep  ## run the scenes that move for 20,000 steps: nothing breaks, gets lost, or grows (SCENE=scenes/cloth/tiny.toml STEPS=)
-	GLIBC_TUNABLES=glibc.malloc.tcache_count=0 build/lockstep endure $(if $(SCENE),--scene $(SCENE)) $(if $(STEPS),--steps $(STEPS)) --json build/endure.json
+	GLIBC_TUNABLES=glibc.malloc.tcache_count=0:glibc.malloc.hugetlb=1 build/lockstep endure $(if $(SCENE),--scene $(SCENE)) $(if $(STEPS),--steps $(STEPS)) --json build/endure.json
 
 extremes: build/lockstep  ## one particle, no body, a million, 512^3 points, more than memory holds: runs, or is refused before it allocates
 	$(PYTHON) tests/extremes.py

@@ -27,20 +27,32 @@
 namespace lockstep::rigid::openmp {
 namespace {
 
+// What contacts read and write of a body, in one cache line: how fast it moves, and how far it has come since the step began.
+struct alignas(array_alignment) BodyState {
+  Motion<Real> motion, moved;
+};
+constexpr int records_of_body = sizeof(BodyState) / sizeof(Motion<Real>);
+
 // Sixteen contacts of one batch, or what is left of it.
 struct Contacts {
-  Indices index, a, b;  // manifold and bodies; some of the batch in lanes without a contact
+  Indices index, a, b;  // manifolds; bodies' records of motion; some of the batch in lanes without a contact
   std::uint16_t has_point[most_points], a_moves, b_moves;
   ContactConstraint<floatv> constraint;
 };
 
-LOCKSTEP_INLINE Velocity<floatv> load_velocities(const Array<Motion<Real>>& motion, const Indices& indices) {
-  const Records r = load_records(&motion.data()->velocity.x, indices.index);
+LOCKSTEP_INLINE Velocity<floatv> load_motion(const Motion<Real>& first, const Indices& records) {
+  const Records r = load_records(&first.velocity.x, records.index);
   return {{r.field[0], r.field[1], r.field[2]}, {r.field[3], r.field[4], r.field[5]}};
 }
+LOCKSTEP_INLINE Velocity<floatv> load_velocities(const Array<BodyState>& bodies, const Indices& records) {
+  return load_motion(bodies.data()->motion, records);
+}
+LOCKSTEP_INLINE Velocity<floatv> load_moved(const Array<BodyState>& bodies, const Indices& records) {
+  return load_motion(bodies.data()->moved, records);
+}
 
-LOCKSTEP_INLINE void write(const Velocity<floatv>& v, const Indices& indices, maskv moves, Array<Motion<Real>>& motion) {
-  store_records(&motion.data()->velocity.x, indices.index,
+LOCKSTEP_INLINE void write(const Velocity<floatv>& v, const Indices& records, maskv moves, Array<BodyState>& bodies) {
+  store_records(&bodies.data()->motion.velocity.x, records.index,
                 {v.linear.x, v.linear.y, v.linear.z, v.angular.x, v.angular.y, v.angular.z, 0.f, 0.f}, moves);
 }
 
@@ -74,7 +86,8 @@ void make_contacts(std::span<const Manifold<Real>> manifolds, std::span<const st
   const auto manifold_records = [&](int which) { return records_of(manifolds.data(), records_each, which); };
 
   const PoseLanes pose_a = load_poses(bodies.pose, contacts.a), pose_b = load_poses(bodies.pose, contacts.b);
-  const Velocity<floatv> a = load_velocities(bodies.motion, contacts.a), b = load_velocities(bodies.motion, contacts.b);
+  const Motion<Real>& motion = *bodies.motion.data();
+  const Velocity<floatv> a = load_motion(motion, contacts.a), b = load_motion(motion, contacts.b);
   ContactConstraint<floatv>& c = contacts.constraint;
   const Records head = manifold_records(0);
   c.normal = {head.field[0], head.field[1], head.field[2]};
@@ -105,6 +118,7 @@ void make_contacts(std::span<const Manifold<Real>> manifolds, std::span<const st
       p.bounce = select(approach < -bounce_from, -restitution * approach, 0.f);
     }
   }
+  for (int l = 0; l < lanes; ++l) contacts.a.index[l] *= records_of_body, contacts.b.index[l] *= records_of_body;
 }
 
 // Applies an impulse in the lanes that have the point.
@@ -120,16 +134,16 @@ LOCKSTEP_INLINE void apply_where(maskv has_point, const ContactConstraint<floatv
 }
 
 // The impulses of the last step, all at once.
-void warm_start(const Contacts& contacts, Bodies<Real>& bodies) {
+void warm_start(const Contacts& contacts, Array<BodyState>& bodies) {
   const ContactConstraint<floatv>& c = contacts.constraint;
-  Velocity<floatv> a = load_velocities(bodies.motion, contacts.a), b = load_velocities(bodies.motion, contacts.b);
+  Velocity<floatv> a = load_velocities(bodies, contacts.a), b = load_velocities(bodies, contacts.b);
   for (int k = 0; k < most_points && contacts.has_point[k] != 0; ++k) {
     const ConstraintPoint<floatv>& p = c.point[k];
     apply_where(lanes_of(contacts.has_point[k]), c, p,
                 p.normal.impulse * c.normal + p.tangent.impulse * c.tangent + p.bitangent.impulse * c.bitangent, a, b);
   }
-  write(a, contacts.a, lanes_of(contacts.a_moves), bodies.motion);
-  write(b, contacts.b, lanes_of(contacts.b_moves), bodies.motion);
+  write(a, contacts.a, lanes_of(contacts.a_moves), bodies);
+  write(b, contacts.b, lanes_of(contacts.b_moves), bodies);
 }
 
 // Friction holds, as far as the normal impulses so far let it.
@@ -149,11 +163,11 @@ LOCKSTEP_INLINE void hold(Contacts& contacts, Velocity<floatv>& a, Velocity<floa
   }
 }
 
-// Points keep apart. `moved` is how far bodies have come since the step began.
-LOCKSTEP_INLINE void press(Contacts& contacts, const Sweep<Real>& sweep, const Array<Motion<Real>>& moved, Velocity<floatv>& a,
+// Points keep apart.
+LOCKSTEP_INLINE void press(Contacts& contacts, const Sweep<Real>& sweep, const Array<BodyState>& bodies, Velocity<floatv>& a,
                            Velocity<floatv>& b) {
   ContactConstraint<floatv>& c = contacts.constraint;
-  const Velocity<floatv> moved_a = load_velocities(moved, contacts.a), moved_b = load_velocities(moved, contacts.b);
+  const Velocity<floatv> moved_a = load_moved(bodies, contacts.a), moved_b = load_moved(bodies, contacts.b);
   const Softness<floatv> soft = {sweep.soft.rate, sweep.soft.mass, sweep.soft.impulse};
   for (int k = 0; k < most_points && contacts.has_point[k] != 0; ++k) {
     ConstraintPoint<floatv>& p = c.point[k];
@@ -166,25 +180,25 @@ LOCKSTEP_INLINE void press(Contacts& contacts, const Sweep<Real>& sweep, const A
   }
 }
 
-void push(Contacts& contacts, const Sweep<Real>& sweep, const Array<Motion<Real>>& moved, Bodies<Real>& bodies) {
-  Velocity<floatv> a = load_velocities(bodies.motion, contacts.a), b = load_velocities(bodies.motion, contacts.b);
-  press(contacts, sweep, moved, a, b);
-  write(a, contacts.a, lanes_of(contacts.a_moves), bodies.motion);
-  write(b, contacts.b, lanes_of(contacts.b_moves), bodies.motion);
+void push(Contacts& contacts, const Sweep<Real>& sweep, Array<BodyState>& bodies) {
+  Velocity<floatv> a = load_velocities(bodies, contacts.a), b = load_velocities(bodies, contacts.b);
+  press(contacts, sweep, bodies, a, b);
+  write(a, contacts.a, lanes_of(contacts.a_moves), bodies);
+  write(b, contacts.b, lanes_of(contacts.b_moves), bodies);
 }
 
-void rest(Contacts& contacts, const Sweep<Real>& sweep, const Array<Motion<Real>>& moved, Bodies<Real>& bodies) {
-  Velocity<floatv> a = load_velocities(bodies.motion, contacts.a), b = load_velocities(bodies.motion, contacts.b);
+void rest(Contacts& contacts, const Sweep<Real>& sweep, Array<BodyState>& bodies) {
+  Velocity<floatv> a = load_velocities(bodies, contacts.a), b = load_velocities(bodies, contacts.b);
   hold(contacts, a, b);
-  press(contacts, sweep, moved, a, b);
-  write(a, contacts.a, lanes_of(contacts.a_moves), bodies.motion);
-  write(b, contacts.b, lanes_of(contacts.b_moves), bodies.motion);
+  press(contacts, sweep, bodies, a, b);
+  write(a, contacts.a, lanes_of(contacts.a_moves), bodies);
+  write(b, contacts.b, lanes_of(contacts.b_moves), bodies);
 }
 
 // Points that came fast, and were hit, leave again. What that takes is no start for the next step, and is not kept.
-void bounce(const Contacts& contacts, Bodies<Real>& bodies) {
+void bounce(const Contacts& contacts, Array<BodyState>& bodies) {
   const ContactConstraint<floatv>& c = contacts.constraint;
-  Velocity<floatv> a = load_velocities(bodies.motion, contacts.a), b = load_velocities(bodies.motion, contacts.b);
+  Velocity<floatv> a = load_velocities(bodies, contacts.a), b = load_velocities(bodies, contacts.b);
   maskv any_point = first_lanes(0);
   for (int k = 0; k < most_points && contacts.has_point[k] != 0; ++k) {
     const ConstraintPoint<floatv>& p = c.point[k];
@@ -195,8 +209,8 @@ void bounce(const Contacts& contacts, Bodies<Real>& bodies) {
     apply_where(bounces, c, p, change * c.normal, a, b);
   }
   if (none(any_point)) return;
-  write(a, contacts.a, lanes_of(contacts.a_moves) & any_point, bodies.motion);
-  write(b, contacts.b, lanes_of(contacts.b_moves) & any_point, bodies.motion);
+  write(a, contacts.a, lanes_of(contacts.a_moves) & any_point, bodies);
+  write(b, contacts.b, lanes_of(contacts.b_moves) & any_point, bodies);
 }
 
 // Impulses of points that are not there are written, too, and hold nothing.
@@ -267,9 +281,9 @@ void solve_contacts_batches(const SolverSettings& settings, std::span<const Mani
   const Plan plan = make_plan(batches, manifolds);
   const int vectors = static_cast<int>(plan.contacts.size());
   const std::unique_ptr<Contacts[]> contacts(new Contacts[vectors]);  // uninitialised
-  Array<Motion<Real>>& moved = moving;
-  moved.assign(bodies.motion.size(), {});
+  Array<BodyState> states(bodies.count);
   Array<Motion<Real>> before = bodies.motion;
+  moving.assign(bodies.motion.size(), {});
 #pragma omp parallel
   {
     // In a stage vectors share no body that moves, or are one thread's in order; the barrier at its end lets the next one see what it
@@ -289,27 +303,32 @@ void solve_contacts_batches(const SolverSettings& settings, std::span<const Mani
 #pragma omp for schedule(static)
     for (int i = 0; i < vectors; ++i)
       make_contacts(manifolds, plan.contacts[i], static_cast<Real>(settings.bounce_from), body, bodies, impulses, contacts[i]);
-    for (int substep = 0; substep < settings.substeps; ++substep) {
       // Here and below every body is one thread's.
 #pragma omp for schedule(static)
+    for (int i = 0; i < bodies.count; ++i) states[i] = {bodies.motion[i], {}};
+    for (int substep = 0; substep < settings.substeps; ++substep) {
+#pragma omp for schedule(static)
       for (int i = 0; i < bodies.count; ++i)
-        if (bodies.inverse_mass[i].w > 0) begin_substep(part.gained, before[i], bodies.motion[i]);
-      if (substep == 0) for_each_contact([&](Contacts& c) { warm_start(c, bodies); });
-      for (int sweep = 0; sweep < settings.pushing; ++sweep) for_each_contact([&](Contacts& c) { push(c, part.pushing, moved, bodies); });
+        if (bodies.inverse_mass[i].w > 0) begin_substep(part.gained, before[i], states[i].motion);
+      if (substep == 0) for_each_contact([&](Contacts& c) { warm_start(c, states); });
+      for (int sweep = 0; sweep < settings.pushing; ++sweep) for_each_contact([&](Contacts& c) { push(c, part.pushing, states); });
 #pragma omp for schedule(static)
       for (int i = 0; i < bodies.count; ++i) {
         if (!(bodies.inverse_mass[i].w > 0)) continue;
-        moved[i].velocity = moved[i].velocity + part.h * bodies.motion[i].velocity;
-        moved[i].angular_velocity = moved[i].angular_velocity + part.h * bodies.motion[i].angular_velocity;
+        auto& [motion, moved] = states[i];
+        moved.velocity = moved.velocity + part.h * motion.velocity;
+        moved.angular_velocity = moved.angular_velocity + part.h * motion.angular_velocity;
       }
-      for (int sweep = 0; sweep < settings.resting; ++sweep) for_each_contact([&](Contacts& c) { rest(c, part.resting, moved, bodies); });
+      for (int sweep = 0; sweep < settings.resting; ++sweep) for_each_contact([&](Contacts& c) { rest(c, part.resting, states); });
     }
-    for_each_contact([&](const Contacts& c) { bounce(c, bodies); });
+    for_each_contact([&](const Contacts& c) { bounce(c, states); });
     const Real per_step = static_cast<Real>(1 / settings.time_step);
 #pragma omp for schedule(static)
     for (int i = 0; i < bodies.count; ++i) {
-      moving[i].velocity = per_step * moved[i].velocity;
-      moving[i].angular_velocity = per_step * moved[i].angular_velocity;
+      const auto& [motion, moved] = states[i];
+      bodies.motion[i] = motion;
+      moving[i].velocity = per_step * moved.velocity;
+      moving[i].angular_velocity = per_step * moved.angular_velocity;
     }
     // A manifold is in one vector.
 #pragma omp for schedule(static)
