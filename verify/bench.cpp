@@ -152,10 +152,10 @@ int bench(const Options& options) {
   std::deque<std::size_t> waiting(selected.size());
   std::iota(waiting.begin(), waiting.end(), 0);
   double turns = 0, patience = effort.patience;
-  for (std::size_t turn = 0; !waiting.empty(); ++turn) {
+  for (std::size_t made = 0; !waiting.empty(); ++made) {
     const std::size_t k = waiting.front();
     waiting.pop_front();
-    const bool again = turn >= selected.size();
+    const bool again = made >= selected.size();
     if (!again || patience > 0) {
       const auto& [kernel, scene_path] = selected[k];
       progress(kernel.name + " " + kernel.form + " on " + std::filesystem::path(scene_path).stem().string());
