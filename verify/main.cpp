@@ -34,7 +34,7 @@ void add_quick(CLI::App* command, bool& quick) { command->add_flag("--quick", qu
 
 int main(int argc, char** argv) {
   // Memory that a kernel gives back stays with the process: its next call wants as much, and pages from the system are slow. A step of
-  // 5,000 particles took .57 ms without, .36 ms with; one of 100,000 boxes at rest, with arrays of more than 32 MB, 164 ms and 117 ms.
+  // 5,000 particles took .57 ms without, .36 ms with; one of 100,000 boxes in a pit, with arrays of more than 32 MB, 164 ms and 117 ms.
   mallopt(M_MMAP_MAX, 0);
   mallopt(M_TRIM_THRESHOLD, -1);
 

@@ -299,13 +299,12 @@ void solve_contacts_batches(const SolverSettings& settings, std::span<const Mani
         }
       }
     };
-    // Every vector is one thread's; velocities are read alone.
+    // Here and below every body and every vector is one thread's; velocities are read alone.
+#pragma omp for schedule(static)
+    for (int i = 0; i < bodies.count; ++i) states[i] = {bodies.motion[i], {}};
 #pragma omp for schedule(static)
     for (int i = 0; i < vectors; ++i)
       make_contacts(manifolds, plan.contacts[i], static_cast<Real>(settings.bounce_from), body, bodies, impulses, contacts[i]);
-      // Here and below every body is one thread's.
-#pragma omp for schedule(static)
-    for (int i = 0; i < bodies.count; ++i) states[i] = {bodies.motion[i], {}};
     for (int substep = 0; substep < settings.substeps; ++substep) {
 #pragma omp for schedule(static)
       for (int i = 0; i < bodies.count; ++i)
