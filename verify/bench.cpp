@@ -3,11 +3,8 @@
 // Variants take turns, so that a slow second of the machine falls on all of them; the row gives the median and the spread
 // (the interquartile range over the median), and the least, which is nearest to what the code takes where nobody else is on the machine.
 //
-// Two virtual cores are not always two: for seconds on end both may be halves of one of the host's, or another guest has the other half.
-// Two threads then gain 1.1 or 1.7 times one where they gain 1.95 else. So before and after each sample a loop over registers says how many
-// cores' work the threads get done. Samples in which that is less than nine tenths of the cores there are are set aside; a case left with
-// too few is measured again behind all others, for a minute in all. Where whole cores are not to be had, the row is of all samples; `cores`
-// says what they had.
+// Samples during which the machine did not give whole cores are set aside (verify/samples.h); a case left with too few is measured again
+// behind all others, for a minute in all. Where whole cores are not to be had, the row is of all samples; `cores` says what they had.
 //
 // GB/s and GFLOP/s come from the bytes and flops declared beside each kernel and stand against this machine's peaks, which the program
 // measures itself: triad a = b + s c over arrays beyond the caches, and independent fused multiply-adds in lanes.
@@ -22,6 +19,7 @@
 #include "common/simd.h"
 #include "verify/costs.h"
 #include "verify/report.h"
+#include "verify/samples.h"
 #include "verify/selection.h"
 
 namespace lockstep::verify {
@@ -34,10 +32,6 @@ struct Effort {
 };
 constexpr Effort full_effort = {15, .5, 60}, quick_effort = {1, 0, 0};
 
-struct Sample {
-  double seconds, turns;  // turns a ns of the loop over registers
-};
-
 struct Variant {
   std::string name;
   int threads;
@@ -45,22 +39,6 @@ struct Variant {
   std::vector<Sample> samples;
   int cores() const { return std::min(threads, omp_get_num_procs()); }
 };
-
-// The samples on whole cores. `turns`: of such a core.
-std::vector<Sample> on_whole_cores(const Variant& variant, double turns) {
-  std::vector<Sample> whole;
-  std::ranges::copy_if(variant.samples, std::back_inserter(whole),
-                       [&](const Sample& s) { return s.turns >= .9 * turns * variant.cores(); });
-  return whole;
-}
-
-// q = .5: the median.
-double quantile(const std::vector<Sample>& samples, double Sample::*of, double q) {
-  std::vector<double> sorted;
-  for (const Sample& s : samples) sorted.push_back(s.*of);
-  std::ranges::sort(sorted);
-  return sorted[static_cast<std::size_t>(q * (sorted.size() - 1))];
-}
 
 // Rows of a case, and whether too few of its samples had whole cores.
 struct Measured {
@@ -93,12 +71,9 @@ Measured measure(const Kernel& kernel, const std::string& scene_path, const std:
 
   Measured measured = {nlohmann::ordered_json::array(), false};
   for (const Variant& variant : variants) {
-    const std::vector<Sample> whole = on_whole_cores(variant, turns);
-    const bool lacks_cores = whole.size() < std::clamp<std::size_t>(variant.samples.size() / 2, 1, effort.repeats);
-    measured.lacks_cores |= lacks_cores;
-    const std::vector<Sample>& samples = lacks_cores ? variant.samples : whole;
-    const auto seconds = [&](double q) { return quantile(samples, &Sample::seconds, q); };
-    const double median = seconds(.5);
+    const auto [samples, lack_cores] = counted(variant.samples, turns * variant.cores(), effort.repeats);
+    measured.lacks_cores |= lack_cores;
+    const double median = quantile(samples, &Sample::seconds, .5);
     const Work& work = run.work;
     measured.rows.push_back({{"kernel", kernel.name},
                              {"form", kernel.form},
@@ -108,8 +83,8 @@ Measured measure(const Kernel& kernel, const std::string& scene_path, const std:
                              {"lanes", variant.name == "openmp" ? lanes : 1},
                              {"cores", quantile(samples, &Sample::turns, .5) / turns},
                              {"ms", median * 1e3},
-                             {"least_ms", seconds(0) * 1e3},
-                             {"spread", (seconds(.75) - seconds(.25)) / median},
+                             {"least_ms", quantile(samples, &Sample::seconds, 0) * 1e3},
+                             {"spread", (quantile(samples, &Sample::seconds, .75) - quantile(samples, &Sample::seconds, .25)) / median},
                              {"items", work.items},
                              {"unit", work.unit},
                              {"items_per_s", work.items / median},
