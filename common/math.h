@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <concepts>
 #include <cstdint>
 
 namespace lockstep {
@@ -13,9 +14,36 @@ inline double min(double a, double b) { return a < b ? a : b; }
 inline float max(float a, float b) { return a > b ? a : b; }
 inline double max(double a, double b) { return a > b ? a : b; }
 
+// A bool is a mask of one lane.
+inline bool any(bool mask) { return mask; }
+inline bool all(bool mask) { return mask; }
+inline bool none(bool mask) { return !mask; }
+
 // mask ? a : b; both are computed.
 inline float select(bool mask, float a, float b) { return mask ? a : b; }
 inline double select(bool mask, double a, double b) { return mask ? a : b; }
+template <std::same_as<std::int32_t> I>  // of two integers; a float and the literal 0 are still floats
+I select(bool mask, I a, I b) {
+  return mask ? a : b;
+}
+
+// where(mask, x) = y assigns if mask is true, like its namesake of lanes.
+template <class T>
+struct WhereScalar {
+  bool mask;
+  T& variable;
+
+  void operator=(T x) const {
+    if (mask) variable = x;
+  }
+  void operator+=(T x) const { *this = variable + x; }
+  void operator-=(T x) const { *this = variable - x; }
+  void operator*=(T x) const { *this = variable * x; }
+};
+template <class T>
+WhereScalar<T> where(bool mask, T& variable) {
+  return {mask, variable};
+}
 
 inline float abs(float a) { return std::abs(a); }
 inline double abs(double a) { return std::abs(a); }

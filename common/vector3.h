@@ -4,6 +4,7 @@
 #include <type_traits>
 
 #include "common/array.h"
+#include "common/math.h"
 
 namespace lockstep {
 
@@ -36,6 +37,11 @@ inline T dot(const Vector3<T>& a, const Vector3<T>& b) {
 template <class T>
 inline Vector3<T> cross(const Vector3<T>& a, const Vector3<T>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+// mask ? a : b, where T is a scalar and Mask bool, or T is floatv and Mask maskv.
+template <class T, class Mask>
+inline Vector3<T> select(const Mask& mask, const Vector3<T>& a, const Vector3<T>& b) {
+  return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
 }
 
 template <class Real>

@@ -54,11 +54,6 @@ inline Vector3<T> perpendicular(const Vector3<T>& u) {
   return {u.x * u.y * a, sign + u.y * u.y * a, -u.y};
 }
 
-using lockstep::select;
-template <class T, class Mask>
-inline Vector3<T> select(Mask mask, const Vector3<T>& a, const Vector3<T>& b) {
-  return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
-}
 
 // The point of a box that the point x beside it rests on, one coordinate at a time: on the side that the normal leaves by more than
 // `tilt`, and otherwise below x.

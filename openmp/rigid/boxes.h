@@ -26,9 +26,6 @@ LOCKSTEP_INLINE Box<floatv> in_all_lanes(const Box<float>& box) {
   return {{box.low.x, box.low.y, box.low.z}, {box.high.x, box.high.y, box.high.z}};
 }
 
-LOCKSTEP_INLINE Vector3<floatv> select(maskv mask, const Vector3<floatv>& a, const Vector3<floatv>& b) {
-  return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
-}
 LOCKSTEP_INLINE Box<floatv> select(maskv mask, const Box<floatv>& a, const Box<floatv>& b) {
   return {select(mask, a.low, b.low), select(mask, a.high, b.high)};
 }

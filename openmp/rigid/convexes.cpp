@@ -34,9 +34,6 @@ constexpr int face_vectors = (most_hull_faces + lanes - 1) / lanes;
 Vector3<Real> vector_of(const Quad<Real>& quad) { return {quad.x, quad.y, quad.z}; }
 Vector3<floatv> vector_of(const Quad<floatv>& quad) { return {quad.x, quad.y, quad.z}; }
 Vector3<floatv> splat(const Vector3<Real>& v) { return {v.x, v.y, v.z}; }
-Vector3<floatv> select(maskv mask, const Vector3<floatv>& a, const Vector3<floatv>& b) {
-  return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
-}
 
 // Lane l.
 Real at(const floatv& v, int l) { return std::bit_cast<std::array<Real, lanes>>(v)[l]; }

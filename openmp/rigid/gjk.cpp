@@ -50,9 +50,6 @@ LOCKSTEP_INLINE Vector3<floatv> position(const Array<Quad<Real>>& quad, intv ind
   return position(load_quads(quad, indices));
 }
 
-LOCKSTEP_INLINE Vector3<floatv> select(maskv mask, const Vector3<floatv>& c, const Vector3<floatv>& d) {
-  return {select(mask, c.x, d.x), select(mask, c.y, d.y), select(mask, c.z, d.z)};
-}
 
 // The vertex farthest along a direction; the first of equals.
 LOCKSTEP_INLINE intv support(const Vertices& vertices, const Vector3<floatv>& direction) {
