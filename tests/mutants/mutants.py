@@ -2,7 +2,7 @@
 
 A mistake is a [[mutant]] of a .toml file beside this one:
     kernel, name   what is broken, and how, as a reader would say it
-    file           in openmp/
+    file           in openmp/, or a header of common/ that openmp/ includes: serial/ keeps the right one
     find, replace  the change: text that stands exactly once in the file; lists of the same length where it wants several places
     verify         what `lockstep verify --kernel KERNEL` gets besides, or, for races that the verifier might not see,
     tsan           what it gets in the thread sanitizer's build
@@ -129,7 +129,9 @@ class Build:
         for name, text in files.items():
             (overlay / name).parent.mkdir(parents=True, exist_ok=True)
             (overlay / name).write_text(text)
-        changed = {o: of for o, of in sorted(self.sources.items()) if files.keys() & set(of)}
+        # A header of common/ changes for openmp/ alone: serial/ is what it is compared with.
+        takes = lambda name, source: name.startswith("openmp/") or source.startswith("openmp/")
+        changed = {o: of for o, of in sorted(self.sources.items()) if any(f in of and takes(f, of[0]) for f in files)}
         # serial/ and common/ know nothing of openmp/.
         if not changed or not all(of[0].startswith(("openmp/", "verify/")) for of in changed.values()):
             raise Error(f"{id}: {', '.join(files)} goes into {', '.join(changed) or 'nothing'}")
@@ -138,7 +140,9 @@ class Build:
         def compile_one(of):
             source, object = of[0], overlay / (of[0].replace("/", "_") + ".o")
             path = overlay / source if source in files else source
-            self.run_tool(id, [*self.compile, "-O1", "-w", f"-I{overlay}", "-I.", f"-I{self.folder}", "-c", path, "-o", object])
+            # Without weak symbols an object keeps its own instances of a template: the linker would take serial/'s for all.
+            weak = ["-fno-weak"] if any(f.startswith("common/") for f in files) else []
+            self.run_tool(id, [*self.compile, "-O1", "-w", *weak, f"-I{overlay}", "-I.", f"-I{self.folder}", "-c", path, "-o", object])
             return object
 
         objects += map(compile_one, changed.values())
