@@ -49,8 +49,7 @@ template <int points>
 LOCKSTEP_INLINE void store_short_manifolds(std::span<Manifold<float>> manifolds, const Indices& indices, const ManifoldLanes& m) {
   float* const records = &manifolds.data()->normal.x;
   const auto put = [&](int part, const Records& record) {
-    Indices to;
-    store(to.index, load(indices.index) * 4 + part);
+    const Indices to = indices_of(load(indices.index) * 4 + part);
     store_records(records, to.index, record, lanes_of(0xffff));
   };
   const Vector3<floatv>&p = m.position[0], &q = m.position[1];

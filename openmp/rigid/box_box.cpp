@@ -116,7 +116,7 @@ struct Faces {
   intv feature;                     // of slot 0
 };
 
-LOCKSTEP_INLINE Faces see_faces(const BoxPair<floatv>& boxes, const PoseLanes& pose, maskv on_b, intv axis, const Three<floatv>& normal) {
+LOCKSTEP_INLINE Faces see_faces(const BoxPair<floatv>& boxes, const Pose<floatv>& pose, maskv on_b, intv axis, const Three<floatv>& normal) {
   const BoxPair<floatv> from_reference = choose(on_b, swapped(boxes), boxes);
   const auto& [half_a, half_b, t, r] = from_reference;
   const intv x = next(axis), y = next(x);
@@ -306,9 +306,9 @@ struct Work {
 };
 
 LOCKSTEP_INLINE void load_boxes(const Work& work, Block& block) {
-  const PoseLanes pose_a = load_poses(work.placed.pose, block.collider.a), pose_b = load_poses(work.placed.pose, block.collider.b);
-  block.boxes = box_pair(pose_a.position, pose_a.orientation, load_quads(work.placed.colliders.size, block.collider.a),  //
-                         pose_b.position, pose_b.orientation, load_quads(work.placed.colliders.size, block.collider.b));
+  const Pose<floatv> pose_a = load_pose(work.placed.pose, block.collider.a), pose_b = load_pose(work.placed.pose, block.collider.b);
+  block.boxes = box_pair(pose_a.position, pose_a.orientation, load_quad(work.placed.colliders.size, block.collider.a),  //
+                         pose_b.position, pose_b.orientation, load_quad(work.placed.colliders.size, block.collider.b));
 }
 
 // Up to sixteen pairs off a queue. Lanes beyond the last pair hold one of before, or the first pair there is.
@@ -343,7 +343,7 @@ void no_contacts(const Work& work, const Indices& pair, maskv mask) {
 }
 
 // Points of two faces.
-LOCKSTEP_INLINE void face_contact(const Block& block, const PoseLanes& pose, maskv on_b, intv axis, const Three<floatv>& normal,
+LOCKSTEP_INLINE void face_contact(const Block& block, const Pose<floatv>& pose, maskv on_b, intv axis, const Three<floatv>& normal,
                                   floatv margin, ManifoldLanes& manifold) {
   const Faces faces = see_faces(block.boxes, pose, on_b, axis, normal);
   Candidate candidate[slots];
@@ -369,7 +369,7 @@ LOCKSTEP_INLINE void face_contact(const Block& block, const PoseLanes& pose, mas
 }
 
 // The point of two edges: midway between their closest points.
-LOCKSTEP_INLINE void edge_contact(const Block& block, const PoseLanes& pose_a, intv i, intv j, const Three<floatv>& normal,
+LOCKSTEP_INLINE void edge_contact(const Block& block, const Pose<floatv>& pose_a, intv i, intv j, const Three<floatv>& normal,
                                   const Three<floatv>& normal_b, ManifoldLanes& manifold) {
   const auto& [half_a, half_b, t, r] = block.boxes;
   // The edge of a that is foremost along the normal, and the edge of b that is hindmost: their middles.
@@ -424,7 +424,7 @@ void face_contacts(Work& work, const Block& block) {
   manifold.a = load(block.collider.a.index), manifold.b = load(block.collider.b.index);
   Indices reference;
   store(reference.index, select(on_b, manifold.b, manifold.a));
-  face_contact(block, load_poses(work.placed.pose, reference), on_b, face, normal, work.margin, manifold);
+  face_contact(block, load_pose(work.placed.pose, reference), on_b, face, normal, work.margin, manifold);
   store_manifolds(work.manifolds, block.pair, manifold, block.active);
 }
 
@@ -435,7 +435,7 @@ void edge_contacts(Work& work, const Block& block) {
   ManifoldLanes manifold;
   manifold.a = load(block.collider.a.index), manifold.b = load(block.collider.b.index);
   for (int k = 1; k < most_points; ++k) manifold.position[k] = {0.f, 0.f, 0.f}, manifold.separation[k] = 0.f, manifold.feature[k] = 0;
-  edge_contact(block, load_poses(work.placed.pose, block.collider.a), i, j, normal, normal_b, manifold);
+  edge_contact(block, load_pose(work.placed.pose, block.collider.a), i, j, normal, normal_b, manifold);
   store_manifolds(work.manifolds, block.pair, manifold, block.active);
 }
 

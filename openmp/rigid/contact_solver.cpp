@@ -57,7 +57,7 @@ LOCKSTEP_INLINE void write(const Velocity<floatv>& v, const Indices& records, ma
 }
 
 Movability<floatv> movability_of(const Bodies<Real>& bodies, const Indices& indices, const Quaternion<floatv>& orientation) {
-  const Quad<floatv> inverse = load_quads(bodies.inverse_mass, indices);
+  const Quad<floatv> inverse = load_quad(bodies.inverse_mass, indices);
   return {inverse.w, turned(matrix_of(orientation), inverse.x, inverse.y, inverse.z)};
 }
 
@@ -85,7 +85,7 @@ void make_contacts(std::span<const Manifold<Real>> manifolds, std::span<const st
   };
   const auto manifold_records = [&](int which) { return records_of(manifolds.data(), records_each, which); };
 
-  const PoseLanes pose_a = load_poses(bodies.pose, contacts.a), pose_b = load_poses(bodies.pose, contacts.b);
+  const Pose<floatv> pose_a = load_pose(bodies.pose, contacts.a), pose_b = load_pose(bodies.pose, contacts.b);
   const Motion<Real>& motion = *bodies.motion.data();
   const Velocity<floatv> a = load_motion(motion, contacts.a), b = load_motion(motion, contacts.b);
   ContactConstraint<floatv>& c = contacts.constraint;

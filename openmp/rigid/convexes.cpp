@@ -79,7 +79,7 @@ HullComponents components_of(const Placed<Real>& placed, std::span<const Pair> p
       for (int k = 0; k < count; k += lanes) {
         Indices indices;
         store(indices.index, min(lane_index() + k, intv(count - 1)) + first);
-        const auto [x, y, z, w] = load_quads(quads, indices);
+        const auto [x, y, z, w] = load_quad(quads, indices);
         const floatv component[] = {x, y, z, w};
         for (int c = 0; c < components; ++c) store(out + c * whole(count) + k, component[c]);
       }
@@ -232,19 +232,19 @@ HullLanes load_hulls(const Placed<Real>& placed, const Indices& colliders) {
 Vector3<floatv> load_vertices(const Placed<Real>& placed, const HullLanes& of, intv number) {
   Indices indices;
   store(indices.index, load(of.first_vertex.index) + number);
-  return vector_of(load_quads(placed.hulls.vertex, indices));
+  return vector_of(load_quad(placed.hulls.vertex, indices));
 }
 
 ProblemLanes make_problems(const Placed<Real>& placed, const PairLanes& pairs, const HullLanes& hulls_a, const HullLanes& hulls_b,
                            const std::array<const Simplex*, lanes>& simplex) {
   const auto& [colliders, hulls, pose] = placed;
-  const PoseLanes a = load_poses(pose, pairs.a), b = load_poses(pose, pairs.b);
+  const Pose<floatv> a = load_pose(pose, pairs.a), b = load_pose(pose, pairs.b);
   ProblemLanes problem;
-  problem.cores = make_cores(vector_of(load_quads(colliders.size, pairs.a)), vector_of(load_quads(colliders.size, pairs.b)), a.position,
+  problem.cores = make_cores(vector_of(load_quad(colliders.size, pairs.a)), vector_of(load_quad(colliders.size, pairs.b)), a.position,
                              b.position, a.orientation, b.orientation);
   const floatv reach =
-      reach_of(problem.cores, vector_of(load_quads(hulls.centre, hulls_a.hull)), vector_of(load_quads(hulls.half, hulls_a.hull)),
-               vector_of(load_quads(hulls.centre, hulls_b.hull)), vector_of(load_quads(hulls.half, hulls_b.hull)));
+      reach_of(problem.cores, vector_of(load_quad(hulls.centre, hulls_a.hull)), vector_of(load_quad(hulls.half, hulls_a.hull)),
+               vector_of(load_quad(hulls.centre, hulls_b.hull)), vector_of(load_quad(hulls.half, hulls_b.hull)));
   problem.slack = slack_per_reach<Real> * reach;
   problem.touching = touching * reach;
 
@@ -504,7 +504,7 @@ Quad<floatv> planes_of(const Placed<Real>& placed, const HullLanes& hulls, intv 
   const maskv is_face = face >= 0;
   Indices indices;
   store(indices.index, select(is_face, load(hulls.first_face.index) + face, 0));
-  const auto [x, y, z, w] = load_quads(placed.hulls.plane, indices);
+  const auto [x, y, z, w] = load_quad(placed.hulls.plane, indices);
   const floatv distance = select(load(hulls.hull.index) == cube_hull, dot(absolute(Vector3<floatv>{x, y, z}), scale), w);
   return {select(is_face, x, 0.f), select(is_face, y, 0.f), select(is_face, z, 0.f), select(is_face, distance, 0.f)};
 }
@@ -716,7 +716,7 @@ void collide_sixteen(const Placed<Real>& placed, const HullComponents& component
     }
     contacts.set(l, contact);
   }
-  const floatv radius_a = load_quads(placed.colliders.size, sixteen.a).w, radius_b = load_quads(placed.colliders.size, sixteen.b).w;
+  const floatv radius_a = load_quad(placed.colliders.size, sixteen.a).w, radius_b = load_quad(placed.colliders.size, sixteen.b).w;
   const ManifoldLanes manifold = manifolds_of(placed, problems, sixteen, hulls_a, hulls_b, contacts, radius_a, radius_b, margin);
   store_manifolds(manifolds, near, manifold, first_lanes(count));
 }

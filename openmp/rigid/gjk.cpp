@@ -47,7 +47,7 @@ LOCKSTEP_INLINE Vector3<floatv> position(const Array<Quad<Real>>& quad, intv ind
   Indices indices;
   store(indices.index, index);
   asm("" : "+m"(indices));
-  return position(load_quads(quad, indices));
+  return position(load_quad(quad, indices));
 }
 
 
@@ -131,14 +131,14 @@ LOCKSTEP_INLINE void make_problem(const Placed<Real>& placed, const PairLanes& p
   problem.hull_a = hulls_of(colliders, pairs.a), problem.hull_b = hulls_of(colliders, pairs.b);
   load_vertices(hulls, problem.hull_a, problem.a);
   load_vertices(hulls, problem.hull_b, problem.b);
-  const PoseLanes a = load_poses(pose, pairs.a), b = load_poses(pose, pairs.b);
-  problem.cores = make_cores(position(load_quads(colliders.size, pairs.a)), position(load_quads(colliders.size, pairs.b)), a.position,
+  const Pose<floatv> a = load_pose(pose, pairs.a), b = load_pose(pose, pairs.b);
+  problem.cores = make_cores(position(load_quad(colliders.size, pairs.a)), position(load_quad(colliders.size, pairs.b)), a.position,
                              b.position, a.orientation, b.orientation);
 }
 
 // From the middle of a to that of b, in a's frame.
 LOCKSTEP_INLINE Vector3<floatv> between_centres(const Problem& problem) {
-  const auto centre = [&](const Indices& hull) { return position(load_quads(problem.hulls->centre, hull)); };
+  const auto centre = [&](const Indices& hull) { return position(load_quad(problem.hulls->centre, hull)); };
   return vertex_of_b(problem.cores, centre(problem.hull_b)) - vertex_of_a(problem.cores, centre(problem.hull_a));
 }
 

@@ -1,5 +1,5 @@
-// Sixteen colliders into lanes, and sixteen manifolds out of them: whole records, where a gather or a scatter a field would be
-// an access a number ([LRB08] Figure 12).
+// Sixteen records into lanes and back: poses, motions, quads and manifolds. Each record is one access; a gather or a scatter of each
+// field would be one access a number ([LRB08] Figure 12).
 #pragma once
 
 #include <bit>
@@ -11,14 +11,20 @@
 
 namespace lockstep::rigid::openmp {
 
-// The bits of integers among the floats of a record, and back.
+// The same 32 bits: for records that hold integers among floats. bits_of is the way back.
 LOCKSTEP_INLINE floatv as_float(intv v) { return std::bit_cast<floatv>(v); }
-LOCKSTEP_INLINE intv as_int(floatv v) { return std::bit_cast<intv>(v); }
 
 // Which records lanes read or write.
 struct alignas(array_alignment) Indices {
   std::int32_t index[lanes];
 };
+LOCKSTEP_INLINE Indices indices_of(intv v) {
+  Indices indices;
+  store(indices.index, v);
+  return indices;
+}
+// i .. i + 15.
+LOCKSTEP_INLINE Indices sixteen(int i) { return indices_of(lane_index() + i); }
 
 // Colliders of up to sixteen pairs; lanes beyond the last pair repeat the first, so that they may be loaded.
 struct PairLanes {
@@ -30,25 +36,41 @@ inline PairLanes load_pairs(std::span<const Pair> pairs) {
     for (int l = 0; l < lanes; ++l) result.a.index[l] = pairs[l].a, result.b.index[l] = pairs[l].b;
   } else {
     store(result.a.index, pairs[0].a), store(result.b.index, pairs[0].b);
-    for (int l = 1; l < static_cast<int>(pairs.size()); ++l) result.a.index[l] = pairs[l].a, result.b.index[l] = pairs[l].b;
+    for (int l = 1; l < static_cast<int>(pairs.size()); ++l) {
+      result.a.index[l] = pairs[l].a, result.b.index[l] = pairs[l].b;
+    }
   }
   return result;
 }
 
-// pose[index[l]] in lane l.
-struct PoseLanes {
-  Vector3<floatv> position;
-  Quaternion<floatv> orientation;
-};
-LOCKSTEP_INLINE PoseLanes load_poses(std::span<const Pose<float>> pose, const Indices& indices) {
-  const auto [x, y, z, qx, qy, qz, qw, unused] = load_records(&pose.data()->position.x, indices.index).field;
-  return {{x, y, z}, {qx, qy, qz, qw}};
+// In lane l, the record of number indices.index[l]. A store writes active lanes alone, whose numbers differ.
+LOCKSTEP_INLINE Quad<floatv> load_quad(std::span<const Quad<float>> quad, const Indices& indices) {
+  const auto [x, y, z, w] = load_quads(&quad.data()->x, indices.index).field;
+  return {x, y, z, w};
 }
 
-// quad[index[l]] in lane l.
-LOCKSTEP_INLINE Quad<floatv> load_quads(const Array<Quad<float>>& quad, const Indices& indices) {
-  const auto [x, y, z, w] = lockstep::load_quads(&quad.data()->x, indices.index).field;
-  return {x, y, z, w};
+LOCKSTEP_INLINE Pose<floatv> load_pose(std::span<const Pose<float>> pose, const Indices& indices) {
+  const auto [x, y, z, qx, qy, qz, qw, unused] = load_records(&pose.data()->position.x, indices.index).field;
+  return {{x, y, z}, {qx, qy, qz, qw}, unused};
+}
+LOCKSTEP_INLINE void store_pose(std::span<Pose<float>> pose, const Indices& indices, const Pose<floatv>& value, maskv mask) {
+  const auto& [p, q, unused] = value;
+  store_records(&pose.data()->position.x, indices.index, {{p.x, p.y, p.z, q.x, q.y, q.z, q.w, unused}}, mask);
+}
+// The position alone: the first half of each record.
+LOCKSTEP_INLINE Vector3<floatv> load_position(std::span<const Pose<float>> pose, const Indices& indices) {
+  const Indices halves = indices_of(load(indices.index) * 2);
+  const auto [x, y, z, unused] = load_quads(&pose.data()->position.x, halves.index).field;
+  return {x, y, z};
+}
+
+LOCKSTEP_INLINE Motion<floatv> load_motion(std::span<const Motion<float>> motion, const Indices& indices) {
+  const auto [x, y, z, wx, wy, wz, u0, u1] = load_records(&motion.data()->velocity.x, indices.index).field;
+  return {{x, y, z}, {wx, wy, wz}, {u0, u1}};
+}
+LOCKSTEP_INLINE void store_motion(std::span<Motion<float>> motion, const Indices& indices, const Motion<floatv>& value, maskv mask) {
+  const auto& [v, w, unused] = value;
+  store_records(&motion.data()->velocity.x, indices.index, {{v.x, v.y, v.z, w.x, w.y, w.z, unused[0], unused[1]}}, mask);
 }
 
 // A manifold a lane. Points beyond the count are zero, so that equal manifolds have equal bytes.
@@ -63,8 +85,7 @@ struct ManifoldLanes {
 // manifolds[index[l]] = lane l of m, where active; active indices differ.
 LOCKSTEP_INLINE void store_manifolds(std::span<Manifold<float>> manifolds, const Indices& indices, const ManifoldLanes& m, maskv mask) {
   const auto put = [&](int part, const Records& record) {
-    Indices records;
-    store(records.index, load(indices.index) * 4 + part);
+    const Indices records = indices_of(load(indices.index) * 4 + part);
     store_records(&manifolds.data()->normal.x, records.index, record, mask);
   };
   put(0, {{m.normal.x, m.normal.y, m.normal.z, as_float(m.count), as_float(m.a), as_float(m.b), 0.f, 0.f}});

@@ -26,14 +26,13 @@ Vector3<floatv> position(const Quad<floatv>& quad) { return {quad.x, quad.y, qua
 Pose<floatv> load_pose(const Array<Pose<Real>>& pose, intv index) {
   Indices indices;
   store(indices.index, index);
-  const auto [position, orientation] = load_poses(pose, indices);
-  return {position, orientation, 0.f};
+  return load_pose(pose, indices);
 }
 
 Quad<floatv> load_quad(const Array<Quad<Real>>& quad, intv index) {
   Indices indices;
   store(indices.index, index);
-  return load_quads(quad, indices);
+  return load_quad(quad, indices);
 }
 
 // Lanes with fewer vertices than others meet their last one again.

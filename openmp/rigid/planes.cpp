@@ -42,11 +42,11 @@ LOCKSTEP_INLINE void take(maskv mask, const Corner& c, Corner& corner) {
 constexpr int corners_of(Kind kind) { return kind == Kind::sphere ? 1 : kind == Kind::capsule ? 2 : kind == Kind::box ? 8 : 0; }
 
 // As load_poses does; sixteen pairs often have one plane.
-LOCKSTEP_INLINE PoseLanes load_planes(std::span<const Pose<Real>> pose, const Indices& indices) {
+LOCKSTEP_INLINE Pose<floatv> load_planes(std::span<const Pose<Real>> pose, const Indices& indices) {
   const int first = indices.index[0];
-  if (!all(load(indices.index) == first)) return load_poses(pose, indices);
+  if (!all(load(indices.index) == first)) return load_pose(pose, indices);
   const auto& [p, q, unused] = pose[first];
-  return {{p.x, p.y, p.z}, {q.x, q.y, q.z, q.w}};
+  return {{p.x, p.y, p.z}, {q.x, q.y, q.z, q.w}, 0.f};
 }
 
 template <Kind kind>
@@ -59,8 +59,8 @@ void collide(const Placed<Real>& placed, Bin& bin, Real margin, std::span<Manifo
     const Indices &plane = bin.first[k / lanes], &convex = bin.second[k / lanes], &pair = bin.pair[k / lanes];
     const intv shape_a = load(plane.index), shape_b = load(convex.index);
     const maskv turned = shape_a > shape_b;
-    const PoseLanes pose_a = load_planes(placed.pose, plane), pose_b = load_poses(placed.pose, convex);
-    const Quad<floatv> size = load_quads(colliders.size, convex);
+    const Pose<floatv> pose_a = load_planes(placed.pose, plane), pose_b = load_pose(placed.pose, convex);
+    const Quad<floatv> size = load_quad(colliders.size, convex);
     int most_corners = corners;
     intv first_vertex, last_vertex;
     const Quad<Real>* vertex = &hulls.vertex[hulls.first_vertex[colliders.hull[convex.index[0]]]];
@@ -85,7 +85,7 @@ void collide(const Placed<Real>& placed, Bin& bin, Real margin, std::span<Manifo
       } else {
         Indices own;
         store(own.index, min(first_vertex + i, last_vertex));
-        const Quad<floatv> loaded = load_quads(hulls.vertex, own);
+        const Quad<floatv> loaded = load_quad(hulls.vertex, own);
         v = {loaded.x, loaded.y, loaded.z};
       }
       const Vector place = {v.x * size.x, v.y * size.y, v.z * size.z};

@@ -245,14 +245,6 @@ LOCKSTEP_INLINE Contact box_segment(const Vector& half, const Vector& c, const V
   return contact;
 }
 
-// The first four of the eight numbers of a pose: the position.
-LOCKSTEP_INLINE PoseLanes load_positions(std::span<const Pose<Real>> pose, const Indices& indices) {
-  Indices halves;
-  store(halves.index, load(indices.index) * 2);
-  const auto [x, y, z, unused] = lockstep::load_quads(&pose.data()->position.x, halves.index).field;
-  return {{x, y, z}, {0.f, 0.f, 0.f, 1.f}};
-}
-
 template <RoundForm form>
 void collide(const Placed<Real>& placed, Bin& bin, Real margin, std::span<Manifold<Real>> manifolds) {
   const Colliders<Real>& colliders = placed.colliders;
@@ -262,11 +254,14 @@ void collide(const Placed<Real>& placed, Bin& bin, Real margin, std::span<Manifo
     const Indices &first = bin.first[k / lanes], &second = bin.second[k / lanes], &pair = bin.pair[k / lanes];
     const intv shape_a = load(first.index), shape_b = load(second.index);
     const maskv turned = shape_a > shape_b;
-    // A sphere's orientation is not asked for.
-    const PoseLanes pose_a = form == RoundForm::points ? load_positions(placed.pose, first) : load_poses(placed.pose, first);
-    const PoseLanes pose_b =
-        form == RoundForm::points || form == RoundForm::box_point ? load_positions(placed.pose, second) : load_poses(placed.pose, second);
-    const Quad<floatv> size_a = load_quads(colliders.size, first), size_b = load_quads(colliders.size, second);
+    // The orientation of a sphere has no effect, and is not loaded.
+    const auto load_place = [&](bool is_sphere, const Indices& indices) -> Pose<floatv> {
+      if (is_sphere) return {load_position(placed.pose, indices), {0.f, 0.f, 0.f, 1.f}, 0.f};
+      return load_pose(placed.pose, indices);
+    };
+    const Pose<floatv> pose_a = load_place(form == RoundForm::points, first);
+    const Pose<floatv> pose_b = load_place(form == RoundForm::points || form == RoundForm::box_point, second);
+    const Quad<floatv> size_a = load_quad(colliders.size, first), size_b = load_quad(colliders.size, second);
 
     const Vector3<floatv> d = pose_b.position - pose_a.position;
     Contact contact;
