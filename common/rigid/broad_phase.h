@@ -18,11 +18,13 @@
 // tree.
 #pragma once
 
-#include "common/rigid/bounds.h"
 #include "common/rigid/pairs.h"
-#include "common/rigid/tree.h"
+#include "common/rigid/place_colliders.h"
+#include "common/spatial/tree.h"
 
 namespace lockstep::rigid {
+
+using spatial::Tree;
 
 // From step to step: the colliders in the order of their lower ends along an axis.
 struct SweepOrder {

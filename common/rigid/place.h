@@ -1,7 +1,8 @@
 // Where a collider is and the box around it. For T a scalar or floatv, in the same order of operations.
 #pragma once
 
-#include "common/rigid/bounds.h"
+#include "common/rigid/rotation.h"
+#include "common/spatial/bounds.h"
 
 namespace lockstep::rigid {
 
@@ -13,7 +14,7 @@ inline Pose<T> in_world(const Pose<T>& body, const Pose<T>& local) {
 // Along an axis of the world a turned box reaches as far as its half sides do together, each by its share of that axis. `centre` and `half`
 // are of the hull's own box, before `scale`; `widening` is the radius and the margin.
 template <class T>
-inline Box<T> box_around(const Pose<T>& pose, const Vector3<T>& scale, const Vector3<T>& centre, const Vector3<T>& half,
+inline spatial::Box<T> box_around(const Pose<T>& pose, const Vector3<T>& scale, const Vector3<T>& centre, const Vector3<T>& half,
                          const T& widening) {
   const Matrix3<T> m = matrix_of(pose.orientation);
   const Vector3<T> middle = pose.position + m * Vector3<T>{scale.x * centre.x, scale.y * centre.y, scale.z * centre.z};
@@ -26,14 +27,14 @@ inline Box<T> box_around(const Pose<T>& pose, const Vector3<T>& scale, const Vec
 
 // Makes `box` reach to a turned vertex of a hull.
 template <class T>
-inline void reach_to(Box<T>& box, const Matrix3<T>& m, const Vector3<T>& scale, const Vector3<T>& vertex) {
+inline void reach_to(spatial::Box<T>& box, const Matrix3<T>& m, const Vector3<T>& scale, const Vector3<T>& vertex) {
   const Vector3<T> v = m * Vector3<T>{scale.x * vertex.x, scale.y * vertex.y, scale.z * vertex.z};
   box = around(box, {v, v});
 }
 
 // A box around what is turned, moved to where it is and widened.
 template <class T>
-inline Box<T> moved(const Box<T>& box, const Vector3<T>& position, const T& widening) {
+inline spatial::Box<T> moved(const spatial::Box<T>& box, const Vector3<T>& position, const T& widening) {
   const Vector3<T> wide = {widening, widening, widening};
   return {position + (box.low - wide), position + (box.high + wide)};
 }

@@ -11,7 +11,7 @@
 
 #include "common/real.h"
 #include "openmp/batches.h"
-#include "openmp/rigid/radix_sort.h"
+#include "openmp/spatial/radix_sort.h"
 
 namespace lockstep::rigid::openmp {
 namespace {
@@ -45,7 +45,7 @@ Batches reorder_contacts(std::span<const Manifold<Real>> manifolds, std::span<co
 Batches reorder_contacts_parallel(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
                                   const Bodies<Real>& bodies) {
   const auto [a, b, movable] = constraints_of(manifolds, body, bodies);
-  return lockstep::openmp::make_batches_in_parallel(a, b, movable, [&](int i) { return key_of(bodies.pose[i].position.x); });
+  return lockstep::openmp::make_batches_in_parallel(a, b, movable, [&](int i) { return spatial::openmp::key_of(bodies.pose[i].position.x); });
 }
 
 }  // namespace lockstep::rigid::openmp

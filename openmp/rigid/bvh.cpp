@@ -1,7 +1,7 @@
 // A bounding volume hierarchy: a tree of boxes, and the pairs of its nodes that overlap, down to the colliders.
 //
 // Built from nothing, colliders are sorted by the Morton codes of their centres, and every sixteen in a row become a node, of which every
-// sixteen become another: one sort, and no choices (common/rigid/tree.h). What that loses to a tree whose every cut is chosen is little
+// sixteen become another: one sort, and no choices (common/spatial/tree.h). What that loses to a tree whose every cut is chosen is little
 // where boxes are alike. One body far from all others makes the cells of the code coarse; the pairs stay right, the tree gets worse.
 // Fitted, the order is kept and only the boxes are made anew, bottom up.
 //
@@ -20,15 +20,19 @@
 #include "common/math.h"
 #include "common/real.h"
 #include "common/rigid/broad_phase.h"
-#include "common/rigid/morton.h"
+#include "common/spatial/morton.h"
 #include "common/simd.h"
-#include "openmp/rigid/boxes.h"
-#include "openmp/rigid/order_pairs.h"
-#include "openmp/rigid/pair_list.h"
-#include "openmp/rigid/radix_sort.h"
+#include "openmp/rigid/arranged.h"
+#include "openmp/spatial/boxes.h"
+#include "openmp/spatial/order_pairs.h"
+#include "openmp/spatial/pair_list.h"
+#include "openmp/spatial/radix_sort.h"
 
 namespace lockstep::rigid::openmp {
 namespace {
+
+using namespace spatial;
+using namespace spatial::openmp;
 
 static_assert(tree_width == lanes);
 

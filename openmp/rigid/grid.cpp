@@ -2,7 +2,7 @@
 //
 // Every box is in one cell, that of its low corner, and meets the boxes after it in that cell and those of 13 of the 26 cells around: of
 // two cells, one looks at the other. So every pair is met once, and there are no duplicates to remove. How many cells, how they are hashed
-// and why that is enough: common/rigid/wrapped_grid.h.
+// and why that is enough: common/spatial/wrapped_grid.h.
 //
 // Cells must be as large as the largest box in them, and a few large boxes would make them too large for all the others. So those
 // longer than twice a size that most keep to are kept apart, in a list at the end of the table, which every box meets. Where sizes differ
@@ -19,15 +19,18 @@
 #include "common/math.h"
 #include "common/real.h"
 #include "common/rigid/broad_phase.h"
-#include "common/rigid/wrapped_grid.h"
+#include "common/spatial/wrapped_grid.h"
 #include "common/simd.h"
-#include "openmp/rigid/boxes.h"
-#include "openmp/rigid/order_pairs.h"
-#include "openmp/rigid/pair_list.h"
-#include "openmp/rigid/radix_sort.h"
+#include "openmp/spatial/boxes.h"
+#include "openmp/spatial/order_pairs.h"
+#include "openmp/spatial/pair_list.h"
+#include "openmp/spatial/radix_sort.h"
 
 namespace lockstep::rigid::openmp {
 namespace {
+
+using namespace spatial;
+using namespace spatial::openmp;
 
 // Of the boxes no longer than a limit: how many, the longest of their sides, and where their low corners are.
 struct Survey {
@@ -94,7 +97,7 @@ void fill_table(const Bounds<Real>& bounds, std::span<const std::int32_t> group,
     const int last = k < n ? static_cast<int>(sorted[k].key) : grid.cells() + 1;
     for (int h = k == 0 ? 0 : static_cast<int>(sorted[k - 1].key) + 1; h <= last; ++h) table.begin[h] = k;
     if (k == n) continue;
-    const int collider = sorted[k].collider;
+    const int collider = sorted[k].element;
     const Box<Real> box = bounds.box(collider);
     table.entries[k] = {box.low, collider, box.high, group[collider]};
   }

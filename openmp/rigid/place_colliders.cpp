@@ -8,18 +8,20 @@
 // Sixteen colliders at once: poses and sizes are loaded as whole records and turned into lanes, and poses go back as whole records.
 //
 // Source: [LRB08] Figure 5; the turned box, Ericson, Real-Time Collision Detection (2005), 4.2.6. The contract stands in
-// common/rigid/bounds.h.
-#include "common/rigid/bounds.h"
+// common/rigid/place_colliders.h.
+#include "common/rigid/place_colliders.h"
 
 #include "common/math.h"
 #include "common/real.h"
 #include "common/rigid/place.h"
 #include "common/simd.h"
-#include "openmp/rigid/boxes.h"
+#include "openmp/spatial/boxes.h"
 #include "openmp/rigid/lanes.h"
 
 namespace lockstep::rigid::openmp {
 namespace {
+
+using namespace spatial::openmp;
 
 Vector3<floatv> position(const Quad<floatv>& quad) { return {quad.x, quad.y, quad.z}; }
 

@@ -16,10 +16,12 @@
 #include "common/rigid/broad_phase.h"
 #include "common/rigid/reach.h"
 #include "common/simd.h"
-#include "openmp/rigid/boxes.h"
+#include "openmp/spatial/boxes.h"
 
 namespace lockstep::rigid::openmp {
 namespace {
+
+using namespace spatial::openmp;
 
 struct Plane {
   std::int32_t collider, group;

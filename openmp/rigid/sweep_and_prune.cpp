@@ -4,7 +4,7 @@
 // in that order and begin before it ends, and by no others: those are its candidates, tested on the two other axes. Every pair is found
 // once, from the one of the two that begins first.
 //
-// The sort is a radix sort of threads' shares (openmp/rigid/radix_sort.h). Then the sweep of a box needs nothing from any other: threads
+// The sort is a radix sort of threads' shares (openmp/spatial/radix_sort.h). Then the sweep of a box needs nothing from any other: threads
 // take boxes as they come, and meet sixteen candidates at once, side by side in memory in the order of the sweep. There is no incremental
 // form: insertion goes one after another, and the sort is not where the time goes.
 //
@@ -15,15 +15,19 @@
 #include "common/math.h"
 #include "common/real.h"
 #include "common/rigid/broad_phase.h"
-#include "common/rigid/sweep.h"
+#include "common/spatial/sweep.h"
 #include "common/simd.h"
-#include "openmp/rigid/boxes.h"
-#include "openmp/rigid/order_pairs.h"
-#include "openmp/rigid/pair_list.h"
-#include "openmp/rigid/radix_sort.h"
+#include "openmp/rigid/arranged.h"
+#include "openmp/spatial/boxes.h"
+#include "openmp/spatial/order_pairs.h"
+#include "openmp/spatial/pair_list.h"
+#include "openmp/spatial/radix_sort.h"
 
 namespace lockstep::rigid::openmp {
 namespace {
+
+using namespace spatial;
+using namespace spatial::openmp;
 
 // The sum of term(box) over the boxes; block by block, whoever sums a block.
 template <class Term>

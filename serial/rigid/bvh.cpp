@@ -1,7 +1,7 @@
 // A bounding volume hierarchy: a tree of boxes, and the pairs of its nodes that overlap, down to the colliders.
 //
 // Built from nothing, colliders are sorted by the Morton codes of their centres, and every sixteen in a row become a node, of which every
-// sixteen become another: one sort, and no choices (common/rigid/tree.h). What that loses to a tree whose every cut is chosen is little
+// sixteen become another: one sort, and no choices (common/spatial/tree.h). What that loses to a tree whose every cut is chosen is little
 // where boxes are alike. One body far from all others makes the cells of the code coarse; the pairs stay right, the tree gets worse.
 // Fitted, the order is kept and only the boxes are made anew, bottom up.
 //
@@ -17,11 +17,13 @@
 #include "common/math.h"
 #include "common/real.h"
 #include "common/rigid/broad_phase.h"
-#include "common/rigid/morton.h"
-#include "common/rigid/order_pairs.h"
+#include "common/spatial/morton.h"
+#include "common/spatial/order_pairs.h"
 
 namespace lockstep::rigid::serial {
 namespace {
+
+using namespace spatial;
 
 // Twice where the centres are, least and greatest.
 Box<Real> extent_of(const Bounds<Real>& bounds) {

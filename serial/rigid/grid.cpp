@@ -2,7 +2,7 @@
 //
 // Every box is in one cell, that of its low corner, and meets the boxes after it in that cell and those of 13 of the 26 cells around: of
 // two cells, one looks at the other. So every pair is met once, and there are no duplicates to remove. How many cells, how they are hashed
-// and why that is enough: common/rigid/wrapped_grid.h.
+// and why that is enough: common/spatial/wrapped_grid.h.
 //
 // Cells must be as large as the largest box in them, and a few large boxes would make them too large for all the others. So those
 // longer than twice a size that most keep to are kept apart, in a list at the end of the table, which every box meets. Where sizes differ
@@ -15,11 +15,13 @@
 #include "common/math.h"
 #include "common/real.h"
 #include "common/rigid/broad_phase.h"
-#include "common/rigid/order_pairs.h"
-#include "common/rigid/wrapped_grid.h"
+#include "common/spatial/order_pairs.h"
+#include "common/spatial/wrapped_grid.h"
 
 namespace lockstep::rigid::serial {
 namespace {
+
+using namespace spatial;
 
 // Of the boxes no longer than a limit: how many, the longest of their sides, and where their low corners are.
 struct Survey {

@@ -16,11 +16,13 @@
 #include "common/math.h"
 #include "common/real.h"
 #include "common/rigid/broad_phase.h"
-#include "common/rigid/order_pairs.h"
-#include "common/rigid/sweep.h"
+#include "common/spatial/order_pairs.h"
+#include "common/spatial/sweep.h"
 
 namespace lockstep::rigid::serial {
 namespace {
+
+using namespace spatial;
 
 // The sum of term(box) over the boxes; block by block, as openmp/ can do it, too.
 template <class Term>

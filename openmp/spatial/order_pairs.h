@@ -1,5 +1,5 @@
-// Pairs, each once and in any order in the lists of threads, put in the order of common/rigid/pairs.h. In serial:
-// common/rigid/order_pairs.h.
+// Pairs, each once and in any order in the lists of threads, put in the order of common/spatial/pairs.h. In serial:
+// common/spatial/order_pairs.h.
 //
 // Two steps. Threads part the pairs by the highest bits of a, as one pass of a radix sort; a part, of some thousand pairs, then fits the
 // first-level cache and is one thread's, which parts it by the rest of a and sorts the few pairs of each a by b: each goes where the number
@@ -13,13 +13,13 @@
 #include <vector>
 
 #include "common/array.h"
-#include "common/rigid/pairs.h"
+#include "common/spatial/pairs.h"
 #include "common/simd.h"
-#include "openmp/rigid/radix_sort.h"
-#include "openmp/rigid/workspace.h"
+#include "openmp/spatial/radix_sort.h"
+#include "openmp/spatial/workspace.h"
 #include "openmp/share.h"
 
-namespace lockstep::rigid::openmp {
+namespace lockstep::spatial::openmp {
 
 // Pairs of one a, in order. Sixteen may be read from every element of b on.
 inline void order_by_b(std::int32_t a, std::int32_t* b, int n, Pair* ordered) {
@@ -91,4 +91,4 @@ inline void order_pairs(int colliders, const std::vector<PairList>& lists, Pairs
   }
 }
 
-}  // namespace lockstep::rigid::openmp
+}  // namespace lockstep::spatial::openmp

@@ -1,9 +1,9 @@
 // What both versions of sweep and prune choose the axis by.
 #pragma once
 
-#include "common/rigid/bounds.h"
+#include "common/spatial/bounds.h"
 
-namespace lockstep::rigid {
+namespace lockstep::spatial {
 
 inline constexpr int sum_block = 1024;  // sums run over blocks of so many colliders, and then over the blocks
 
@@ -31,4 +31,4 @@ int greatest(const Vector3<T>& v) {
   return v.x >= v.y ? (v.x >= v.z ? 0 : 2) : (v.y >= v.z ? 1 : 2);
 }
 
-}  // namespace lockstep::rigid
+}  // namespace lockstep::spatial

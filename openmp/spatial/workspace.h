@@ -9,15 +9,14 @@
 #include <vector>
 
 #include "common/array.h"
-#include "common/rigid/bounds.h"
-#include "common/rigid/pairs.h"
+#include "common/spatial/pairs.h"
 
-namespace lockstep::rigid::openmp {
+namespace lockstep::spatial::openmp {
 
 // What radix_sort sorts.
 struct Keyed {
   std::uint32_t key;
-  std::int32_t collider;
+  std::int32_t element;
 };
 
 // Pairs that a thread finds without knowing how many.
@@ -26,20 +25,11 @@ struct PairList {
   Array<std::int32_t> a, b;  // sixteen may be stored behind the last
 };
 
-// Boxes side by side in some order, with what else is asked of their colliders. Sixteen may be loaded from any on; those beyond the last
-// are empty.
-struct Arranged {
-  int count = 0;
-  Bounds<float> boxes;
-  Array<std::int32_t> collider, group;
-};
-
 // Each is for the function of that name.
 struct Workspace {
   struct {
     Array<Keyed> keyed, other;
   } radix_sort;
-  Arranged arrange;
   std::vector<PairList> collect;
   PairList joined;
   Array<Pair> order_pairs;
@@ -56,4 +46,4 @@ void grow(Array<T>& array, std::size_t n) {
   if (array.size() < n) array.resize(std::max(n, 2 * array.size()));
 }
 
-}  // namespace lockstep::rigid::openmp
+}  // namespace lockstep::spatial::openmp

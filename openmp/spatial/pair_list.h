@@ -4,10 +4,10 @@
 #include <utility>
 
 #include "common/simd.h"
-#include "openmp/rigid/workspace.h"
+#include "openmp/spatial/workspace.h"
 #include "openmp/share.h"
 
-namespace lockstep::rigid::openmp {
+namespace lockstep::spatial::openmp {
 
 // Adds the pairs of the active lanes, without a branch a pair.
 LOCKSTEP_INLINE void add(PairList& list, maskv mask, intv a, intv b) {
@@ -52,4 +52,4 @@ inline const PairList& joined(const std::vector<PairList>& lists) {
   return all;
 }
 
-}  // namespace lockstep::rigid::openmp
+}  // namespace lockstep::spatial::openmp

@@ -3,9 +3,9 @@
 #pragma once
 
 #include "common/math.h"
-#include "common/rigid/bounds.h"
+#include "common/spatial/bounds.h"
 
-namespace lockstep::rigid {
+namespace lockstep::spatial {
 
 inline constexpr int morton_bits = 30;
 inline constexpr int morton_cells = 1 << morton_bits / 3;  // along an axis
@@ -39,4 +39,4 @@ inline auto morton_code(const Vector3<T>& point, const Vector3<T>& low, T scale)
   return morton_code(to_int(cell.x), to_int(cell.y), to_int(cell.z));
 }
 
-}  // namespace lockstep::rigid
+}  // namespace lockstep::spatial

@@ -15,9 +15,9 @@
 #include <limits>
 #include <vector>
 
-#include "common/rigid/bounds.h"
+#include "common/spatial/bounds.h"
 
-namespace lockstep::rigid {
+namespace lockstep::spatial {
 
 template <class Real>
 struct WrappedGrid {
@@ -106,4 +106,4 @@ inline void for_each_forward_run(const WrappedGrid<Real>& grid, const std::int32
   }
 }
 
-}  // namespace lockstep::rigid
+}  // namespace lockstep::spatial

@@ -1,11 +1,11 @@
-// Pairs, each once and in any order, put in the order of common/rigid/pairs.h. In parallel: openmp/rigid/order_pairs.h.
+// Pairs, each once and in any order, put in the order of common/spatial/pairs.h. In parallel: openmp/spatial/order_pairs.h.
 #pragma once
 
 #include <algorithm>
 
-#include "common/rigid/pairs.h"
+#include "common/spatial/pairs.h"
 
-namespace lockstep::rigid {
+namespace lockstep::spatial {
 
 // A counting sort by a; the few pairs that share an a are then sorted by b. (std::sort of a million pairs takes four times as long.)
 inline void order_pairs(int colliders, Pairs& pairs) {
@@ -19,4 +19,4 @@ inline void order_pairs(int colliders, Pairs& pairs) {
   pairs.swap(sorted);
 }
 
-}  // namespace lockstep::rigid
+}  // namespace lockstep::spatial

@@ -11,9 +11,9 @@
 
 #include <vector>
 
-#include "common/rigid/bounds.h"
+#include "common/spatial/bounds.h"
 
-namespace lockstep::rigid {
+namespace lockstep::spatial {
 
 inline constexpr int tree_width = 16;
 
@@ -44,4 +44,4 @@ inline Box<T> zeros_positive(const Box<T>& box) {
   return {box.low + zero, box.high + zero};
 }
 
-}  // namespace lockstep::rigid
+}  // namespace lockstep::spatial

@@ -15,11 +15,11 @@
 #include <utility>
 #include <vector>
 
-#include "common/rigid/bounds.h"
-#include "openmp/rigid/workspace.h"
+#include "common/spatial/bounds.h"
+#include "openmp/spatial/workspace.h"
 #include "openmp/share.h"
 
-namespace lockstep::rigid::openmp {
+namespace lockstep::spatial::openmp {
 
 // In the order of the numbers; -0 as 0.
 inline std::uint32_t key_of(float x) {
@@ -74,7 +74,7 @@ std::span<const Keyed> sort_by_key(const Bounds<float>& bounds, int bits, const 
       std::swap(from, to);
 #pragma omp barrier
     }
-    for (int k = mine.begin; k < mine.end; ++k) order[k] = from[k].collider;
+    for (int k = mine.begin; k < mine.end; ++k) order[k] = from[k].element;
   }
   if ((bits + digit_bits - 1) / digit_bits % 2 == 1) keyed.swap(other);
   while (n > 0 && keyed[n - 1].key == last) --n;
@@ -82,4 +82,4 @@ std::span<const Keyed> sort_by_key(const Bounds<float>& bounds, int bits, const 
   return {keyed.data(), static_cast<std::size_t>(n)};
 }
 
-}  // namespace lockstep::rigid::openmp
+}  // namespace lockstep::spatial::openmp
