@@ -158,10 +158,10 @@ Tree<float> expect_serial_pairs(const Boxes& scene, const Pairs& expected, State
   EXPECT_EQ(pairs, expected);
   EXPECT_EQ(states.incremental.order, states.batch.order);
   Tree<float> tree;
-  serial::build_tree(scene.bounds, tree);
-  serial::tree_pairs(tree, scene.bounds, scene.group, pairs);
+  serial::bvh_build(scene.bounds, tree);
+  serial::bvh_pairs(tree, scene.bounds, scene.group, pairs);
   EXPECT_EQ(pairs, expected);
-  serial::grid_pairs(scene.bounds, scene.group, pairs);
+  serial::grid(scene.bounds, scene.group, pairs);
   EXPECT_EQ(pairs, expected);
   return tree;
 }
@@ -174,11 +174,11 @@ void expect_parallel_pairs(const Boxes& scene, const Pairs& expected, const Tree
   EXPECT_EQ(states.parallel.axis, states.batch.axis);
   EXPECT_EQ(states.parallel.order, states.batch.order);
   Tree<float> parallel;
-  openmp::build_tree(scene.bounds, parallel);
+  openmp::bvh_build(scene.bounds, parallel);
   EXPECT_TRUE(same_bits(tree, parallel));
-  openmp::tree_pairs(parallel, scene.bounds, scene.group, pairs);
+  openmp::bvh_pairs(parallel, scene.bounds, scene.group, pairs);
   EXPECT_EQ(pairs, expected);
-  openmp::grid_pairs(scene.bounds, scene.group, pairs);
+  openmp::grid(scene.bounds, scene.group, pairs);
   EXPECT_EQ(pairs, expected);
 }
 
@@ -192,10 +192,10 @@ void expect_pairs_in_double(const Boxes& scene, const Pairs& expected) {
   serial::sweep_and_prune_incremental(bounds, scene.group, state, pairs);
   EXPECT_EQ(pairs, expected);
   Tree<double> tree;
-  serial::build_tree(bounds, tree);
-  serial::tree_pairs(tree, bounds, scene.group, pairs);
+  serial::bvh_build(bounds, tree);
+  serial::bvh_pairs(tree, bounds, scene.group, pairs);
   EXPECT_EQ(pairs, expected);
-  serial::grid_pairs(bounds, scene.group, pairs);
+  serial::grid(bounds, scene.group, pairs);
   EXPECT_EQ(pairs, expected);
 }
 
@@ -276,8 +276,8 @@ TEST_F(BroadPhase, KeepsStateWhileBoxesMove) {
     add(scene, whole_space<float>, -1);
     SweepOrder order;
     Tree<float> tree, parallel;
-    serial::build_tree(scene.bounds, tree);
-    openmp::build_tree(scene.bounds, parallel);
+    serial::bvh_build(scene.bounds, tree);
+    openmp::bvh_build(scene.bounds, parallel);
     for (int k = 0; k < 10; ++k) {
       omp_set_num_threads(thread_counts[k % 5]);
       move(random, step, scene.bounds);
@@ -285,12 +285,12 @@ TEST_F(BroadPhase, KeepsStateWhileBoxesMove) {
       Pairs pairs;
       serial::sweep_and_prune_incremental(scene.bounds, scene.group, order, pairs);
       EXPECT_EQ(pairs, expected);
-      serial::refit_tree(scene.bounds, tree);
-      serial::tree_pairs(tree, scene.bounds, scene.group, pairs);
+      serial::bvh_refit(scene.bounds, tree);
+      serial::bvh_pairs(tree, scene.bounds, scene.group, pairs);
       EXPECT_EQ(pairs, expected);
-      openmp::refit_tree(scene.bounds, parallel);
+      openmp::bvh_refit(scene.bounds, parallel);
       EXPECT_TRUE(same_bits(tree, parallel));
-      openmp::tree_pairs(parallel, scene.bounds, scene.group, pairs);
+      openmp::bvh_pairs(parallel, scene.bounds, scene.group, pairs);
       EXPECT_EQ(pairs, expected);
     }
   }

@@ -285,12 +285,12 @@ Case sweep_case(const std::string& path, SweepAndPrune<float>* serial, SweepAndP
                               lanes_in_use(candidates_of_sweep(in->now.bounds, answer.order.axis))});
 }
 
-Case tree_case(const std::string& path, bool refit, RefitTree<float>* serial_change, RefitTree<float>* openmp_change) {
+Case tree_case(const std::string& path, bool refit, spatial::BuildTree<float>* serial_change, spatial::BuildTree<float>* openmp_change) {
   const Shared in = inputs(path);
-  const auto with = [in](RefitTree<float>* change) { return [in, change](Tree<float>& tree) { change(in->now.bounds, tree); }; };
+  const auto with = [in](spatial::BuildTree<float>* change) { return [in, change](Tree<float>& tree) { change(in->now.bounds, tree); }; };
   Tree<float> start = in->last.tree;
   if (refit) {
-    serial::build_tree(in->last.bounds.count > 0 ? in->last.bounds : in->now.bounds, start);
+    serial::bvh_build(in->last.bounds.count > 0 ? in->last.bounds : in->now.bounds, start);
     for (int i = 0; i < start.boxes.count; ++i) start.boxes.set(i, {{0, 0, 0}, {0, 0, 0}});
   }
   const double n = in->now.bounds.count;
@@ -666,23 +666,23 @@ std::vector<Kernel> rigid_kernels() {
   add("rigid/sweep_and_prune", "batch", all, more, many,
       [](const std::string& path) { return sweep_case(path, serial::sweep_and_prune_batch, openmp::sweep_and_prune_batch); });
   add("rigid/bvh", "build", all, more, many,
-      [](const std::string& path) { return tree_case(path, false, serial::build_tree, openmp::build_tree); });
+      [](const std::string& path) { return tree_case(path, false, serial::bvh_build, openmp::bvh_build); });
   add("rigid/bvh", "refit", all, more, many,
-      [](const std::string& path) { return tree_case(path, true, serial::refit_tree, openmp::refit_tree); });
+      [](const std::string& path) { return tree_case(path, true, serial::bvh_refit, openmp::bvh_refit); });
   add("rigid/bvh", "pairs", all, more, many, [](const std::string& path) {
-    const auto descend = [tree = std::make_shared<Tree<float>>()](TreePairs<float>* find) {
+    const auto descend = [tree = std::make_shared<Tree<float>>()](BvhPairs<float>* find) {
       return [tree, find](const Inputs& in, Pairs& pairs) {
-        if (tree->order.empty()) serial::build_tree(in.now.bounds, *tree);
+        if (tree->order.empty()) serial::bvh_build(in.now.bounds, *tree);
         find(*tree, in.now.bounds, in.group(), pairs);
       };
     };
-    return pairs_case(path, descend(serial::tree_pairs), descend(openmp::tree_pairs));
+    return pairs_case(path, descend(serial::bvh_pairs), descend(openmp::bvh_pairs));
   });
   add("rigid/grid", "", all, more, many, [](const std::string& path) {
     const auto hash = [](GridPairs<float>* find) {
       return [find](const Inputs& in, Pairs& pairs) { find(in.now.bounds, in.group(), pairs); };
     };
-    return pairs_case(path, hash(serial::grid_pairs), hash(openmp::grid_pairs));
+    return pairs_case(path, hash(serial::grid), hash(openmp::grid));
   });
   add("rigid/plane_pairs", "", all, more, many, [](const std::string& path) {
     const auto with = [](PlanePairs<float>* find) {

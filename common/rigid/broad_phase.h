@@ -5,12 +5,12 @@
 //                                The papers' algorithm; openmp sorts in parallel and sweeps each box on its own, sixteen candidates at
 //                                once.
 //   sweep_and_prune_incremental  the same from the order of the step before, mended by insertion: the best serial one where little moves.
-//   bvh                          a tree of boxes, built from nothing (build_tree) or fitted to boxes that moved (refit_tree), and descended
-//                                by pairs of nodes, where every pair that overlaps gives rise to more (tree_pairs).
+//   bvh                          a tree of boxes, built from nothing (bvh_build) or fitted to boxes that moved (bvh_refit), and descended
+//                                by pairs of nodes, where every pair that overlaps gives rise to more (bvh_pairs).
 //   grid                         a uniform grid, hashed, of cells as large as the larger ones of like boxes; the few that are larger than a
 //                                cell are kept apart and tested against all.
 //
-// refit_tree takes a tree that build_tree made of the same colliders; tree_pairs one whose boxes are those of `bounds`.
+// bvh_refit takes a tree that bvh_build made of the same colliders; bvh_pairs one whose boxes are those of `bounds`.
 //
 // In: bounds; group[collider] (common/rigid/world.h). Out: pairs, emptied first. In, out: the state that a broad phase carries from step
 // to step, made to fit by itself; any state gives the same pairs.
@@ -35,11 +35,7 @@ struct SweepOrder {
 template <class Real>
 using SweepAndPrune = void(const Bounds<Real>& bounds, std::span<const std::int32_t> group, SweepOrder& state, Pairs& pairs);
 template <class Real>
-using BuildTree = void(const Bounds<Real>& bounds, Tree<Real>& tree);
-template <class Real>
-using RefitTree = void(const Bounds<Real>& bounds, Tree<Real>& tree);
-template <class Real>
-using TreePairs = void(const Tree<Real>& tree, const Bounds<Real>& bounds, std::span<const std::int32_t> group, Pairs& pairs);
+using BvhPairs = void(const Tree<Real>& tree, const Bounds<Real>& bounds, std::span<const std::int32_t> group, Pairs& pairs);
 template <class Real>
 using GridPairs = void(const Bounds<Real>& bounds, std::span<const std::int32_t> group, Pairs& pairs);
 
@@ -51,24 +47,20 @@ using PlanePairs = void(const Colliders<Real>& colliders, std::span<const Pose<R
 namespace serial {
 SweepAndPrune<float> sweep_and_prune_batch, sweep_and_prune_incremental;
 SweepAndPrune<double> sweep_and_prune_batch, sweep_and_prune_incremental;
-BuildTree<float> build_tree;
-BuildTree<double> build_tree;
-RefitTree<float> refit_tree;
-RefitTree<double> refit_tree;
-TreePairs<float> tree_pairs;
-TreePairs<double> tree_pairs;
-GridPairs<float> grid_pairs;
-GridPairs<double> grid_pairs;
+using spatial::serial::bvh_build, spatial::serial::bvh_refit;
+BvhPairs<float> bvh_pairs;
+BvhPairs<double> bvh_pairs;
+GridPairs<float> grid;
+GridPairs<double> grid;
 PlanePairs<float> plane_pairs;
 PlanePairs<double> plane_pairs;
 }  // namespace serial
 
 namespace openmp {
 SweepAndPrune<float> sweep_and_prune_batch;
-BuildTree<float> build_tree;
-RefitTree<float> refit_tree;
-TreePairs<float> tree_pairs;
-GridPairs<float> grid_pairs;
+using spatial::openmp::bvh_build, spatial::openmp::bvh_refit;
+BvhPairs<float> bvh_pairs;
+GridPairs<float> grid;
 PlanePairs<float> plane_pairs;
 }  // namespace openmp
 

@@ -1,76 +1,29 @@
-// A bounding volume hierarchy: a tree of boxes, and the pairs of its nodes that overlap, down to the colliders.
+// The pairs of boxes in a bounding volume hierarchy that overlap.
 //
-// Built from nothing, colliders are sorted by the Morton codes of their centres, and every sixteen in a row become a node, of which every
-// sixteen become another: one sort, and no choices (common/spatial/tree.h). What that loses to a tree whose every cut is chosen is little
-// where boxes are alike. One body far from all others makes the cells of the code coarse; the pairs stay right, the tree gets worse.
-// Fitted, the order is kept and only the boxes are made anew, bottom up.
-//
-// Pairs are found by descending the tree against itself. Of two nodes of a level that overlap, the children that overlap are pairs of the
+// The tree is descended against itself, by pairs of nodes. Of two nodes of a level that overlap, the children that overlap are pairs of the
 // level below: "computation that spawns more computation", [ITJ07]. A child that does not reach the other node at all is dropped
-// before it meets that node's children. A node is first paired with itself, the root.
+// before it meets that node's children. The root is first paired with itself. How the tree is made: openmp/spatial/bvh.cpp.
 //
-// All pairs of a level make up a frontier, whose pairs threads take as they come; what they spawn is the frontier of the level below. A
+// All pairs of a level make up a frontier. Threads take its pairs as they come; what they spawn is the frontier of the level below. A
 // node is one vector: which of its children reach the other node is one test, and a child meets all of the other's at once.
 //
-// Source: [ITJ07] on the broad phase; Lauterbach et al., Fast BVH Construction on GPUs, Computer Graphics Forum 28 (2009), for the order.
-// The contract stands in common/rigid/broad_phase.h.
-#include <algorithm>
+// Source: [ITJ07] on the broad phase. The contract stands in common/rigid/broad_phase.h.
 #include <bit>
 
 #include "common/math.h"
 #include "common/real.h"
 #include "common/rigid/broad_phase.h"
-#include "common/spatial/morton.h"
 #include "common/simd.h"
 #include "openmp/rigid/arranged.h"
 #include "openmp/spatial/boxes.h"
 #include "openmp/spatial/order_pairs.h"
 #include "openmp/spatial/pair_list.h"
-#include "openmp/spatial/radix_sort.h"
 
 namespace lockstep::rigid::openmp {
 namespace {
 
 using namespace spatial;
 using namespace spatial::openmp;
-
-static_assert(tree_width == lanes);
-
-// Twice where the centres are, least and greatest.
-Box<Real> extent_of(const Bounds<Real>& bounds) {
-  std::vector<Box<Real>> parts(omp_get_max_threads(), empty_box<Real>);
-#pragma omp parallel
-  {
-    Box<floatv> extent = in_all_lanes(empty_box<Real>);
-    // A thread keeps the extent of what it has seen; least and greatest are the same in any order.
-#pragma omp for schedule(static) nowait
-    for (int i = 0; i < bounds.count; i += lanes) {
-      const Box<floatv> box = load_boxes(bounds, i);
-      const maskv counts = first_lanes(bounds.count - i) & bounded(box);
-      extent = select(counts, around(extent, {box.low + box.high, box.low + box.high}), extent);
-    }
-    parts[omp_get_thread_num()] = around_lanes(extent);
-  }
-  Box<Real> extent = empty_box<Real>;
-  for (const Box<Real>& part : parts) extent = around(extent, part);
-  return extent;
-}
-
-// Colliders by the codes of their centres, equal ones by number.
-void sort_by_code(const Bounds<Real>& bounds, std::vector<std::int32_t>& order) {
-  const Box<Real> extent = extent_of(bounds);
-  const Real scale = morton_scale(extent);
-  const auto code = [&](int i) {
-    const Box<Real> box = bounds.box(i);
-    return morton_code(box.low + box.high, extent.low, scale);
-  };
-  sort_by_key(bounds, morton_bits + 1, code, order);
-}
-
-// The box around the children of a node.
-Box<Real> box_of_node(const Tree<Real>& tree, int level, int node) {
-  return around_lanes(load_boxes(tree.boxes, tree.first[level - 1] + node * tree_width));
-}
 
 // Pairs of children of nodes a and b >= a of a level, which overlap. Calls spawn(i, mask, j): child i of a with children j of b.
 template <class Spawn>
@@ -91,32 +44,7 @@ LOCKSTEP_INLINE void descend(const Tree<Real>& tree, int level, int a, int b, co
 
 }  // namespace
 
-void build_tree(const Bounds<Real>& bounds, Tree<Real>& tree) {
-  sort_by_code(bounds, tree.order);
-  tree.first = level_starts(static_cast<int>(tree.order.size()));
-  tree.boxes.resize(tree.first.back());
-  refit_tree(bounds, tree);
-}
-
-void refit_tree(const Bounds<Real>& bounds, Tree<Real>& tree) {
-  Bounds<Real>& boxes = tree.boxes;
-#pragma omp parallel
-  {
-    int n = static_cast<int>(tree.order.size());
-    for (int level = 0; level < tree.levels(); ++level) {
-      const int first = tree.first[level], slots = tree.first[level + 1] - first;
-      // Every box of a level is one thread's, made from the level below; the loop's barrier ends it before the next level is begun.
-#pragma omp for schedule(static)
-      for (int i = 0; i < slots; ++i)
-        boxes.set(first + i, i >= n       ? empty_box<Real>
-                             : level == 0 ? zeros_positive(bounds.box(tree.order[i]))
-                                          : box_of_node(tree, level, i));
-      n = (n + tree_width - 1) / tree_width;
-    }
-  }
-}
-
-void tree_pairs(const Tree<Real>& tree, const Bounds<Real>& bounds, std::span<const std::int32_t> group, Pairs& pairs) {
+void bvh_pairs(const Tree<Real>& tree, const Bounds<Real>& bounds, std::span<const std::int32_t> group, Pairs& pairs) {
   const Arranged& sorted = arrange(bounds, group, tree.order);
   const int root = tree.levels() - 1;
   // Pairs of nodes are found, of colliders in the end. The tree is only read, what is found goes to a thread's own list.

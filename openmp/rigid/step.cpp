@@ -31,8 +31,8 @@ void step(const StepSettings& settings, World<Real>& world, StepMemory<Real>& me
   place_colliders(world, margin / 2, memory.placed, memory.bounds);
   done();
 
-  build_tree(memory.bounds, memory.tree);
-  tree_pairs(memory.tree, memory.bounds, group, memory.bounded);
+  bvh_build(memory.bounds, memory.tree);
+  bvh_pairs(memory.tree, memory.bounds, group, memory.bounded);
   const std::span<const Pose<Real>> placed(memory.placed.data(), colliders.count);
   plane_pairs(colliders, placed, memory.bounds, memory.with_planes);
   memory.pairs.clear();

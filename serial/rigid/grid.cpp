@@ -65,7 +65,7 @@ void fill_table(const Bounds<Real>& bounds, const WrappedGrid<Real>& grid, Real 
 
 }  // namespace
 
-void grid_pairs(const Bounds<Real>& bounds, std::span<const std::int32_t> group, Pairs& pairs) {
+void grid(const Bounds<Real>& bounds, std::span<const std::int32_t> group, Pairs& pairs) {
   const auto [boxes, size, corners] = survey(bounds, 2 * typical_size(bounds));
   const WrappedGrid<Real> grid = wrapped_grid(boxes, size, corners);
   Table table;
