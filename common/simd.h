@@ -14,6 +14,7 @@
 
 #include <bit>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <type_traits>
 
@@ -45,23 +46,19 @@ floatv gather(const float* base, intv index);  // base[index]
 intv gather(const std::int32_t* base, intv index);
 floatv gather(const float* base, intv index, maskv mask);  // mask ? base[index] : 0
 intv gather(const std::int32_t* base, intv index, maskv mask);
-void scatter(float* base, intv index, floatv v);                   // base[index] = v; among equal indices
-void scatter(std::int32_t* base, intv index, intv v);              //   the highest lane wins
-void scatter(float* base, intv index, floatv v, maskv mask);       // if (mask) base[index] = v; among equal
-void scatter(std::int32_t* base, intv index, intv v, maskv mask);  //   indices the highest active lane wins
 
-// Whole records: sixteen records of eight floats, and what lane l finds in field f of its own. One access a record, where
-// eight gathers would be eight; 32-byte aligned.
+// Two neighbours: first = base[index], second = base[index + 1]. One access of eight bytes a lane. index < INT32_MAX.
+Halves gather_pairs(const float* base, intv index);
+
+// Sixteen whole records, one access each: lane l holds the fields of record index[l]. Records may hold integers among their floats, see
+// bits_of. Offsets have 64 bits, so every index from 0 to INT32_MAX will do. Active indices of a store differ.
+// Records of eight floats, 32-byte aligned.
 Records load_records(const float* records, const std::int32_t* index);  // field[f] lane l = records[8 * index[l] + f]
-
-// The same of records of four floats, 16-byte aligned, and back: if (mask) records[4 * index[l] + f] = field[f] lane l, where active
-// indices differ. Sixteen moves each way where a scatter a field would be 64 on Zen 4.
-Quads load_quads(const float* records, const std::int32_t* index);
+void store_records(float* records, const std::int32_t* index, const Records& r, maskv mask);  // and back where mask
+void store_records(float* records, const std::int32_t* index, const Records& r);
+// Records of four floats, 16-byte aligned. The store takes 16 moves; on Zen 4 four scatters would take 64.
+Quads load_quads(const float* records, const std::int32_t* index);  // field[f] lane l = records[4 * index[l] + f]
 void store_quads(float* records, const std::int32_t* index, Quads quads, maskv mask);
-
-// And back: if (mask) records[8 * index[l] + f] = field[f] lane l, where active indices differ.
-void store_records(float* records, const std::int32_t* index, const Records& r, maskv mask);
-void store_records(float* records, const std::int32_t* index, const Records& r);  // of all lanes
 
 // One record, its eight floats at once: for what must be done to records one after another.
 recordv load_record(const float* p);      // p[f], 32-byte aligned
@@ -95,7 +92,8 @@ intv min(intv a, intv b);
 intv max(intv a, intv b);
 intv to_int(floatv a);    // truncated; INT32_MIN where that does not fit, and for NaN
 floatv to_float(intv a);  // rounded to nearest
-intv bits_of(floatv a);   // the same 32 bits: of records that hold ints beside floats
+intv bits_of(floatv a);   // the same 32 bits
+floatv float_of_bits(intv a);
 
 // Comparison. With a NaN, != is true and all others are false.
 maskv operator<(floatv a, floatv b);
@@ -147,6 +145,12 @@ template <int G>
 Halves split(floatv a, floatv b);
 template <int G>
 void join(Halves halves, floatv& a, floatv& b);
+
+// Where record i begins. The product needs more than 32 bits from record 2^28 on.
+template <int floats, class Float>
+LOCKSTEP_INLINE Float* record_at(Float* records, std::int32_t i) {
+  return records + std::ptrdiff_t{floats} * i;
+}
 
 }  // namespace lockstep
 

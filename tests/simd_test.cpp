@@ -43,6 +43,7 @@ float fma(float a, float b, float c) { return std::fma(a, b, c); }
 std::int32_t to_int(float a) { return a >= -0x1p31f && a < 0x1p31f ? static_cast<std::int32_t>(a) : INT32_MIN; }
 float to_float(std::int32_t a) { return static_cast<float>(a); }
 std::int32_t bits_of(float a) { return std::bit_cast<std::int32_t>(a); }
+float float_of_bits(std::int32_t a) { return std::bit_cast<float>(a); }
 
 // Test values: every special one meets every other sooner or later, and random bits reach all exponents.
 constexpr float inf = std::numeric_limits<float>::infinity();
@@ -253,28 +254,6 @@ TYPED_TEST(SimdMemory, GatherTouchesActiveLanesOnly) {
   }
 }
 
-TYPED_TEST(SimdMemory, ScatterTouchesActiveLanesOnlyAndTheHighestWins) {
-  using T = typename TypeParam::value_type;
-  Random random;
-  const GuardedPage<T> page;
-  for (int t = 0; t < trials; ++t) {
-    const int cells = 1 + random.below(2 * lanes);  // few cells make equal indices common
-    T* const base = page.end() - cells;
-    const std::uint32_t mask = t % 4 == 0 ? 0xffff : random.bits() & 0xffff;
-    const Ints index = indices_on_page(random, cells, mask);
-    const TypeParam a = random;
-    std::array<T, 2 * lanes> expected;
-    for (int i = 0; i < cells; ++i) base[i] = expected[i] = random;
-    for (int l = 0; l < lanes; ++l)
-      if (active(mask, l)) expected[index[l]] = a[l];
-    if (mask == 0xffff)
-      scatter(base, load(index), load(a));
-    else
-      scatter(base, load(index), load(a), mask_of(mask));
-    for (int i = 0; i < cells; ++i) ASSERT_TRUE(same(base[i], expected[i], Nan::copied)) << "cell " << i;
-  }
-}
-
 TYPED_TEST(SimdMemory, CompressMovesActiveLanesToTheFront) {
   using T = typename TypeParam::value_type;
   Random random;
@@ -326,6 +305,7 @@ TEST(Simd, FloatArithmetic) {
   check<Floats>(Nan::copied, [](auto a) { return max(0.0f, min(1.0f, a)); });
   check<Floats>(Nan::copied, [](auto a) { return to_int(a); });
   check<Floats>(Nan::copied, [](auto a) { return bits_of(a); });
+  check<Ints>(Nan::copied, [](auto a) { return float_of_bits(a); });
 }
 
 TEST(Simd, IntArithmetic) {
@@ -524,6 +504,70 @@ TEST(Simd, LoadsAndStoresQuads) {
     for (int k = 0; k < records; ++k)
       for (int f = 0; f < 4; ++f) ASSERT_EQ(target[4 * index[k] + f], k < lanes && active(mask, k) ? base[4 * index[k] + f] : -1.f) << mask;
   }
+}
+
+// Pairs may begin at any float, and the outermost reach the ends of the page.
+TEST(Simd, GathersPairsOfNeighbours) {
+  Random random;
+  const GuardedPage<float> page;
+  for (float& x : page) x = random;
+  float* const middle = page.begin() + page.size() / 2;
+  for (int t = 0; t < trials; ++t) {
+    Ints index = values(load(random.ints_below(page.size() - 1)) - page.size() / 2);
+    index[random.below(lanes)] = -page.size() / 2;
+    index[random.below(lanes)] = page.size() - page.size() / 2 - 2;
+    const Halves pairs = gather_pairs(middle, load(index));
+    ASSERT_TRUE(lanes_are(pairs.first, [&](int l) { return middle[index[l]]; }));
+    ASSERT_TRUE(lanes_are(pairs.second, [&](int l) { return middle[index[l] + 1]; }));
+  }
+}
+
+// Address space for records that begin at 2^33 bytes, and as much before them, where a product that wraps around in 32 bits would
+// lead. Only one page is there on either side.
+class FarRecords {
+ public:
+  FarRecords() {
+    void* space = mmap(nullptr, 2 * distance + page, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (space == MAP_FAILED) throw std::bad_alloc();
+    begin = static_cast<char*>(space) + distance;
+    for (char* p : {begin - distance, begin + distance})
+      if (mprotect(p, page, PROT_READ | PROT_WRITE) != 0) throw std::bad_alloc();
+  }
+  ~FarRecords() { munmap(begin - distance, 2 * distance + page); }
+  FarRecords(const FarRecords&) = delete;
+
+  float* base() const { return reinterpret_cast<float*>(begin); }
+  float* far() const { return reinterpret_cast<float*>(begin + distance); }
+  float* wrapped() const { return reinterpret_cast<float*>(begin - distance); }
+
+ private:
+  static constexpr std::size_t distance = std::size_t{1} << 33, page = 1 << 16;
+  char* begin;
+};
+
+// The fields of 16 records among the first 32 from `first` on, which is where 2^33 bytes have gone by.
+template <int floats, class Fields, class Load, class Store>
+void check_far_records(std::int32_t first, Load load_fields, Store store_fields) {
+  const FarRecords memory;
+  Ints index;
+  for (int l = 0; l < lanes; ++l) index[l] = first + (7 * l + 3) % 32;
+  Fields fields;
+  for (int f = 0; f < floats; ++f) fields.field[f] = to_float(lane_index() * floats + f + 1);
+  store_fields(memory.base(), index.data(), fields, first_lanes(lanes));
+  for (int l = 0; l < lanes; ++l)
+    for (int f = 0; f < floats; ++f) {
+      const int k = floats * (index[l] - first) + f;
+      ASSERT_EQ(memory.far()[k], floats * l + f + 1) << "record 2^33 B + " << index[l] - first;
+      ASSERT_EQ(memory.wrapped()[k], 0) << "record 2^33 B + " << index[l] - first << " before the first";
+    }
+  const Fields loaded = load_fields(memory.base(), index.data());
+  for (int f = 0; f < floats; ++f) EXPECT_TRUE(lanes_are(loaded.field[f], [&](int l) { return float(floats * l + f + 1); }));
+}
+
+TEST(Simd, RecordsBeyondTwoToTheTwentyEight) {
+  check_far_records<8, Records>(
+      1 << 28, load_records, [](float* base, const std::int32_t* index, const Records& r, maskv mask) { store_records(base, index, r, mask); });
+  check_far_records<4, Quads>(1 << 29, load_quads, store_quads);
 }
 
 TEST(Simd, ShiftsByOneLane) {

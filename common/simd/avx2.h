@@ -82,8 +82,8 @@ LOCKSTEP_INLINE void transpose(__m256 (&row)[8]) {
 LOCKSTEP_INLINE Records load_records(const float* records, const std::int32_t* index) {
   __m256 low[8], high[8];
   for (int l = 0; l < 8; ++l) {
-    low[l] = _mm256_load_ps(records + 8 * index[l]);
-    high[l] = _mm256_load_ps(records + 8 * index[l + 8]);
+    low[l] = _mm256_load_ps(record_at<8>(records, index[l]));
+    high[l] = _mm256_load_ps(record_at<8>(records, index[l + 8]));
   }
   transpose(low);
   transpose(high);
@@ -99,8 +99,8 @@ LOCKSTEP_INLINE void store_records(float* records, const std::int32_t* index, co
   transpose(high);
   const std::uint32_t set = bits(mask);
   for (int l = 0; l < 8; ++l) {
-    if (set >> l & 1) _mm256_store_ps(records + 8 * index[l], low[l]);
-    if (set >> (l + 8) & 1) _mm256_store_ps(records + 8 * index[l + 8], high[l]);
+    if (set >> l & 1) _mm256_store_ps(record_at<8>(records, index[l]), low[l]);
+    if (set >> (l + 8) & 1) _mm256_store_ps(record_at<8>(records, index[l + 8]), high[l]);
   }
 }
 
@@ -142,7 +142,7 @@ LOCKSTEP_INLINE void transpose_halves(__m256 (&row)[4]) {
 
 // Row q holds records q and q + 4 of eight, so that columns come out in the order of the lanes.
 LOCKSTEP_INLINE Quads load_quads(const float* records, const std::int32_t* index) {
-  const auto record = [&](int l) { return _mm_load_ps(records + 4 * index[l]); };
+  const auto record = [&](int l) { return _mm_load_ps(record_at<4>(records, index[l])); };
   __m256 low[4], high[4];
   for (int q = 0; q < 4; ++q) {
     low[q] = _mm256_insertf128_ps(_mm256_castps128_ps256(record(q)), record(q + 4), 1);
@@ -162,7 +162,7 @@ LOCKSTEP_INLINE void store_quads(float* records, const std::int32_t* index, Quad
   transpose_halves(high);
   const std::uint32_t active = bits(mask);
   const auto put = [&](int l, __m128 record) {
-    if (active >> l & 1) _mm_store_ps(records + 4 * index[l], record);
+    if (active >> l & 1) _mm_store_ps(record_at<4>(records, index[l]), record);
   };
   for (int q = 0; q < 4; ++q) {
     put(q, _mm256_castps256_ps128(low[q]));
@@ -187,6 +187,23 @@ LOCKSTEP_INLINE floatv gather(const float* base, intv index) {
 }
 LOCKSTEP_INLINE intv gather(const std::int32_t* base, intv index) {
   return {_mm256_i32gather_epi32(base, index.lo, sizeof(std::int32_t)), _mm256_i32gather_epi32(base, index.hi, sizeof(std::int32_t))};
+}
+
+struct Halves {
+  floatv first, second;
+};
+
+// Four gathers of four pairs each. Of two neighbouring gathers, the even and the odd floats; their middle quarters change places.
+LOCKSTEP_INLINE Halves gather_pairs(const float* base, intv index) {
+  const __m256d zero = _mm256_setzero_pd(), all = _mm256_castsi256_pd(_mm256_set1_epi32(-1));
+  const auto pairs = [&](__m128i four) {
+    return _mm256_castpd_ps(_mm256_mask_i32gather_pd(zero, reinterpret_cast<const double*>(base), four, all, sizeof(float)));
+  };
+  const auto in_order = [](__m256 v) { return _mm256_castpd_ps(_mm256_permute4x64_pd(_mm256_castps_pd(v), 0xd8)); };
+  const __m256 a = pairs(_mm256_castsi256_si128(index.lo)), b = pairs(_mm256_extracti128_si256(index.lo, 1));
+  const __m256 c = pairs(_mm256_castsi256_si128(index.hi)), d = pairs(_mm256_extracti128_si256(index.hi, 1));
+  return {{in_order(_mm256_shuffle_ps(a, b, 0x88)), in_order(_mm256_shuffle_ps(c, d, 0x88))},
+          {in_order(_mm256_shuffle_ps(a, b, 0xdd)), in_order(_mm256_shuffle_ps(c, d, 0xdd))}};
 }
 
 LOCKSTEP_INLINE floatv operator+(floatv a, floatv b) { return {a.lo + b.lo, a.hi + b.hi}; }
@@ -215,7 +232,8 @@ LOCKSTEP_INLINE intv min(intv a, intv b) { return {_mm256_min_epi32(a.lo, b.lo),
 LOCKSTEP_INLINE intv max(intv a, intv b) { return {_mm256_max_epi32(a.lo, b.lo), _mm256_max_epi32(a.hi, b.hi)}; }
 LOCKSTEP_INLINE intv to_int(floatv a) { return {_mm256_cvttps_epi32(a.lo), _mm256_cvttps_epi32(a.hi)}; }
 LOCKSTEP_INLINE floatv to_float(intv a) { return {_mm256_cvtepi32_ps(a.lo), _mm256_cvtepi32_ps(a.hi)}; }
-LOCKSTEP_INLINE intv bits_of(floatv a) { return {_mm256_castps_si256(a.lo), _mm256_castps_si256(a.hi)}; }
+LOCKSTEP_INLINE intv bits_of(floatv a) { return {as_int(a.lo), as_int(a.hi)}; }
+LOCKSTEP_INLINE floatv float_of_bits(intv a) { return {as_float(a.lo), as_float(a.hi)}; }
 
 template <int predicate>
 LOCKSTEP_INLINE maskv compare_lanes(floatv a, floatv b) {
@@ -253,23 +271,6 @@ LOCKSTEP_INLINE floatv select(maskv mask, floatv a, floatv b) {
 LOCKSTEP_INLINE intv select(maskv mask, intv a, intv b) {
   return {_mm256_blendv_epi8(b.lo, a.lo, mask.lo), _mm256_blendv_epi8(b.hi, a.hi, mask.hi)};
 }
-
-// AVX2 has no scatter: sixteen stores, in lane order.
-template <class T, class V>
-LOCKSTEP_INLINE void scatter_lanes(T* base, intv index, V v, std::uint32_t active) {
-  std::int32_t at[lanes];
-  T value[lanes];
-  store(at, index);
-  store(value, v);
-  for (; active != 0; active &= active - 1) {
-    const int l = std::countr_zero(active);
-    base[at[l]] = value[l];
-  }
-}
-LOCKSTEP_INLINE void scatter(float* base, intv index, floatv v) { scatter_lanes(base, index, v, 0xffff); }
-LOCKSTEP_INLINE void scatter(std::int32_t* base, intv index, intv v) { scatter_lanes(base, index, v, 0xffff); }
-LOCKSTEP_INLINE void scatter(float* base, intv index, floatv v, maskv mask) { scatter_lanes(base, index, v, bits(mask)); }
-LOCKSTEP_INLINE void scatter(std::int32_t* base, intv index, intv v, maskv mask) { scatter_lanes(base, index, v, bits(mask)); }
 
 // AVX2 has no compress, but it permutes eight lanes by a vector of indices, and BMI2 makes that vector: with a byte
 // for each lane, pext packs the numbers of the active ones. What they leave free is cleared. Joining the halves is
@@ -319,10 +320,6 @@ LOCKSTEP_INLINE void transpose(floatv (&row)[lanes]) {
     row[l + 8] = {square[0][1][l], square[1][1][l]};
   }
 }
-
-struct Halves {
-  floatv first, second;
-};
 
 template <int G>
 LOCKSTEP_INLINE Halves split(floatv a, floatv b) {

@@ -51,9 +51,9 @@ struct Records {
 LOCKSTEP_INLINE Records load_records(const float* records, const std::int32_t* index) {
   __m512 row[8], pair[8], quad[8];
   for (int l = 0; l < 8; ++l) {
-    const __m512d low = _mm512_castpd256_pd512(_mm256_load_pd(reinterpret_cast<const double*>(records + 8 * index[l])));
-    const __m256d high = _mm256_load_pd(reinterpret_cast<const double*>(records + 8 * index[l + 8]));
-    row[l] = _mm512_castpd_ps(_mm512_insertf64x4(low, high, 1));
+    const __m256 low = _mm256_load_ps(record_at<8>(records, index[l]));
+    const __m256 high = _mm256_load_ps(record_at<8>(records, index[l + 8]));
+    row[l] = _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
   }
   for (int l = 0; l < 8; l += 2) {
     pair[l] = _mm512_unpacklo_ps(row[l], row[l + 1]);
@@ -90,8 +90,9 @@ LOCKSTEP_INLINE void store_records(float* records, const std::int32_t* index, co
   }
   const __m512i first_two = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11), last_two = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
   const auto put = [&](int l, __m512d two) {
-    if (mask.m >> l & 1) _mm256_store_pd(reinterpret_cast<double*>(records + 8 * index[l]), _mm512_castpd512_pd256(two));
-    if (mask.m >> (l + 4) & 1) _mm256_store_pd(reinterpret_cast<double*>(records + 8 * index[l + 4]), _mm512_extractf64x4_pd(two, 1));
+    const __m512 both = _mm512_castpd_ps(two);
+    if (mask.m >> l & 1) _mm256_store_ps(record_at<8>(records, index[l]), _mm512_castps512_ps256(both));
+    if (mask.m >> (l + 4) & 1) _mm256_store_ps(record_at<8>(records, index[l + 4]), _mm512_extractf32x8_ps(both, 1));
   };
   for (int k = 0; k < 4; ++k) {
     put(k, _mm512_permutex2var_pd(quarter[k], first_two, quarter[k + 4]));
@@ -134,7 +135,7 @@ LOCKSTEP_INLINE void transpose_quarters(__m512 (&row)[4]) {
 
 // Row q holds records q, q + 4, q + 8 and q + 12, so that columns come out in the order of the lanes.
 LOCKSTEP_INLINE Quads load_quads(const float* records, const std::int32_t* index) {
-  const auto record = [&](int l) { return _mm_load_ps(records + 4 * index[l]); };
+  const auto record = [&](int l) { return _mm_load_ps(record_at<4>(records, index[l])); };
   __m512 row[4];
   for (int q = 0; q < 4; ++q) {
     const __m256 low = _mm256_insertf128_ps(_mm256_castps128_ps256(record(q)), record(q + 4), 1);
@@ -149,7 +150,7 @@ LOCKSTEP_INLINE void store_quads(float* records, const std::int32_t* index, Quad
   __m512 row[4] = {quads.field[0].v, quads.field[1].v, quads.field[2].v, quads.field[3].v};
   transpose_quarters(row);
   const auto put = [&](int l, __m128 record) {
-    if (mask.m >> l & 1) _mm_store_ps(records + 4 * index[l], record);
+    if (mask.m >> l & 1) _mm_store_ps(record_at<4>(records, index[l]), record);
   };
   for (int q = 0; q < 4; ++q) {
     put(q, _mm512_castps512_ps128(row[q]));
@@ -168,14 +169,20 @@ LOCKSTEP_INLINE intv gather(const std::int32_t* base, intv index, maskv mask) {
 LOCKSTEP_INLINE floatv gather(const float* base, intv index) { return gather(base, index, maskv{0xffff}); }
 LOCKSTEP_INLINE intv gather(const std::int32_t* base, intv index) { return gather(base, index, maskv{0xffff}); }
 
-LOCKSTEP_INLINE void scatter(float* base, intv index, floatv v, maskv mask) {
-  _mm512_mask_i32scatter_ps(base, mask.m, index.v, v.v, sizeof(float));
+struct Halves {
+  floatv first, second;
+};
+
+// Two gathers of eight pairs each, then the even and the odd floats of both.
+LOCKSTEP_INLINE Halves gather_pairs(const float* base, intv index) {
+  const auto pairs = [&](__m256i eight) {
+    return _mm512_castpd_ps(_mm512_mask_i32gather_pd(_mm512_setzero_pd(), 0xff, eight, base, sizeof(float)));
+  };
+  const __m512 low = pairs(_mm512_castsi512_si256(index.v)), high = pairs(_mm512_extracti64x4_epi64(index.v, 1));
+  const __m512i even = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+  const __m512i odd = _mm512_setr_epi32(1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
+  return {_mm512_permutex2var_ps(low, even, high), _mm512_permutex2var_ps(low, odd, high)};
 }
-LOCKSTEP_INLINE void scatter(std::int32_t* base, intv index, intv v, maskv mask) {
-  _mm512_mask_i32scatter_epi32(base, mask.m, index.v, v.v, sizeof(std::int32_t));
-}
-LOCKSTEP_INLINE void scatter(float* base, intv index, floatv v) { scatter(base, index, v, maskv{0xffff}); }
-LOCKSTEP_INLINE void scatter(std::int32_t* base, intv index, intv v) { scatter(base, index, v, maskv{0xffff}); }
 
 LOCKSTEP_INLINE floatv operator+(floatv a, floatv b) { return a.v + b.v; }
 LOCKSTEP_INLINE floatv operator-(floatv a, floatv b) { return a.v - b.v; }
@@ -201,6 +208,7 @@ LOCKSTEP_INLINE intv max(intv a, intv b) { return _mm512_max_epi32(a.v, b.v); }
 LOCKSTEP_INLINE intv to_int(floatv a) { return _mm512_cvttps_epi32(a.v); }
 LOCKSTEP_INLINE floatv to_float(intv a) { return _mm512_cvtepi32_ps(a.v); }
 LOCKSTEP_INLINE intv bits_of(floatv a) { return _mm512_castps_si512(a.v); }
+LOCKSTEP_INLINE floatv float_of_bits(intv a) { return _mm512_castsi512_ps(a.v); }
 
 LOCKSTEP_INLINE maskv operator<(floatv a, floatv b) { return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LT_OQ)}; }
 LOCKSTEP_INLINE maskv operator<=(floatv a, floatv b) { return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ)}; }
@@ -256,10 +264,6 @@ LOCKSTEP_INLINE void transpose(floatv (&row)[lanes]) {
     row[k + 12].v = _mm512_shuffle_f32x4(odd_top, odd_bottom, 0xdd);
   }
 }
-
-struct Halves {
-  floatv first, second;
-};
 
 template <int G>
 LOCKSTEP_INLINE Halves split(floatv a, floatv b) {

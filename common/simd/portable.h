@@ -5,6 +5,7 @@
 #define LOCKSTEP_COMMON_SIMD_PORTABLE_H
 
 #include <cmath>
+#include <cstring>
 
 namespace lockstep {
 
@@ -86,16 +87,32 @@ struct Records {
   floatv field[8];
 };
 
-LOCKSTEP_INLINE Records load_records(const float* records, const std::int32_t* index) {
-  Records r;
-  for (int l = 0; l < lanes; ++l)
-    for (int f = 0; f < 8; ++f) r.field[f].lane[l] = records[8 * index[l] + f];
-  return r;
+// A record may hold integers among its floats. Bytes are copied, since to read an integer as a float would break the aliasing rule.
+template <int floats>
+LOCKSTEP_INLINE void load_fields(const float* records, const std::int32_t* index, floatv (&field)[floats]) {
+  for (int l = 0; l < lanes; ++l) {
+    float record[floats];
+    std::memcpy(record, record_at<floats>(records, index[l]), sizeof record);
+    for (int f = 0; f < floats; ++f) field[f].lane[l] = record[f];
+  }
+}
+template <int floats>
+LOCKSTEP_INLINE void store_fields(float* records, const std::int32_t* index, const floatv (&field)[floats], maskv mask) {
+  for (int l = 0; l < lanes; ++l) {
+    if (!mask.lane[l]) continue;
+    float record[floats];
+    for (int f = 0; f < floats; ++f) record[f] = field[f].lane[l];
+    std::memcpy(record_at<floats>(records, index[l]), record, sizeof record);
+  }
 }
 
+LOCKSTEP_INLINE Records load_records(const float* records, const std::int32_t* index) {
+  Records r;
+  load_fields(records, index, r.field);
+  return r;
+}
 LOCKSTEP_INLINE void store_records(float* records, const std::int32_t* index, const Records& r, maskv mask) {
-  for (int l = 0; l < lanes; ++l)
-    for (int f = 0; f < 8 && bits(mask) >> l & 1; ++f) records[8 * index[l] + f] = r.field[f].lane[l];
+  store_fields(records, index, r.field, mask);
 }
 
 struct recordv {
@@ -112,11 +129,11 @@ LOCKSTEP_INLINE recordv make_record(F f) {
   return r;
 }
 LOCKSTEP_INLINE recordv load_record(const float* p) {
-  return make_record([&](int f) { return p[f]; });
+  recordv r;
+  std::memcpy(r.field, p, sizeof r.field);
+  return r;
 }
-LOCKSTEP_INLINE void store_record(float* p, recordv r) {
-  for (int f = 0; f < 8; ++f) p[f] = r.field[f];
-}
+LOCKSTEP_INLINE void store_record(float* p, recordv r) { std::memcpy(p, r.field, sizeof r.field); }
 LOCKSTEP_INLINE recordv repeat_pair(const float* p) {
   return make_record([&](int f) { return p[f % 2]; });
 }
@@ -139,15 +156,11 @@ struct Quads {
 
 LOCKSTEP_INLINE Quads load_quads(const float* records, const std::int32_t* index) {
   Quads r;
-  for (int l = 0; l < lanes; ++l)
-    for (int f = 0; f < 4; ++f) r.field[f].lane[l] = records[4 * index[l] + f];
+  load_fields(records, index, r.field);
   return r;
 }
-
 LOCKSTEP_INLINE void store_quads(float* records, const std::int32_t* index, Quads quads, maskv mask) {
-  for (int l = 0; l < lanes; ++l)
-    if (mask.lane[l])
-      for (int f = 0; f < 4; ++f) records[4 * index[l] + f] = quads.field[f].lane[l];
+  store_fields(records, index, quads.field, mask);
 }
 
 LOCKSTEP_INLINE floatv gather(const float* base, intv index) {
@@ -162,20 +175,12 @@ LOCKSTEP_INLINE floatv gather(const float* base, intv index, maskv mask) {
 LOCKSTEP_INLINE intv gather(const std::int32_t* base, intv index, maskv mask) {
   return int_lanes([&](int l) { return mask.lane[l] ? base[index.lane[l]] : 0; });
 }
-LOCKSTEP_INLINE void scatter(float* base, intv index, floatv v) {
-  for (int l = 0; l < lanes; ++l) base[index.lane[l]] = v.lane[l];
-}
-LOCKSTEP_INLINE void scatter(std::int32_t* base, intv index, intv v) {
-  for (int l = 0; l < lanes; ++l) base[index.lane[l]] = v.lane[l];
-}
-LOCKSTEP_INLINE void scatter(float* base, intv index, floatv v, maskv mask) {
-  for (int l = 0; l < lanes; ++l)
-    if (mask.lane[l]) base[index.lane[l]] = v.lane[l];
-}
-LOCKSTEP_INLINE void scatter(std::int32_t* base, intv index, intv v, maskv mask) {
-  for (int l = 0; l < lanes; ++l)
-    if (mask.lane[l]) base[index.lane[l]] = v.lane[l];
-}
+
+struct Halves {
+  floatv first, second;
+};
+
+LOCKSTEP_INLINE Halves gather_pairs(const float* base, intv index) { return {gather(base, index), gather(base + 1, index)}; }
 
 LOCKSTEP_INLINE floatv operator+(floatv a, floatv b) {
   return float_lanes([&](int l) { return a.lane[l] + b.lane[l]; });
@@ -251,6 +256,9 @@ LOCKSTEP_INLINE floatv to_float(intv a) {
 }
 LOCKSTEP_INLINE intv bits_of(floatv a) {
   return int_lanes([&](int l) { return std::bit_cast<std::int32_t>(a.lane[l]); });
+}
+LOCKSTEP_INLINE floatv float_of_bits(intv a) {
+  return float_lanes([&](int l) { return std::bit_cast<float>(a.lane[l]); });
 }
 
 LOCKSTEP_INLINE maskv operator<(floatv a, floatv b) {
@@ -334,10 +342,6 @@ LOCKSTEP_INLINE void transpose(floatv (&row)[lanes]) {
       row[j].lane[i] = x;
     }
 }
-
-struct Halves {
-  floatv first, second;
-};
 
 // Where in the row of 32 lane l of `first` stands.
 template <int G>
