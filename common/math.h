@@ -2,6 +2,7 @@
 // written once gives the same bits in a scalar loop and in lanes.
 #pragma once
 
+#include <bit>
 #include <cmath>
 #include <concepts>
 #include <cstdint>
@@ -50,6 +51,12 @@ inline double abs(double a) { return std::abs(a); }
 
 inline float sqrt(float a) { return std::sqrt(a); }
 inline double sqrt(double a) { return std::sqrt(a); }
+
+// The same 32 bits.
+inline std::int32_t bits_of(float a) { return std::bit_cast<std::int32_t>(a); }
+inline float float_of_bits(std::int32_t a) { return std::bit_cast<float>(a); }
+
+inline float to_float(std::int32_t a) { return static_cast<float>(a); }  // rounded to nearest
 
 // Truncation towards zero; the caller has brought a into the range of int32.
 inline std::int32_t to_int(float a) { return static_cast<std::int32_t>(a); }
