@@ -1,14 +1,50 @@
-// Every object keeps the set of batches that touch it, one bit a batch, so that the earliest batch free of both objects of a
-// constraint is the lowest zero of the union. The sets grow by a word when all batches so far are taken.
+// Every object keeps the set of batches that touch it, one bit a batch in words of 64. The earliest batch free of both objects of a
+// constraint is the lowest zero of the union of their sets. Few objects are in more than 64 batches: their first word is an array over
+// the objects, and later words are kept only where they hold a batch and are not full. A dense array of all words would take n^2 / 8
+// bytes where one object is in n constraints.
 #include "common/batches.h"
 
 #include <algorithm>
 #include <bit>
 #include <numeric>
+#include <unordered_map>
 
 namespace lockstep {
 
 namespace {
+
+constexpr std::uint64_t full_word = ~std::uint64_t(0);
+constexpr std::uint64_t bit_of(int batch) { return std::uint64_t(1) << batch % 64; }
+
+// The sets of batches from 64 on.
+class LaterBatches {
+ public:
+  // Every word from 1 up to this one is full.
+  int first_free_word(std::int32_t object) const {
+    const auto found = first_free_word_.find(object);
+    return found == first_free_word_.end() ? 1 : found->second;
+  }
+
+  // For words that are not before first_free_word(object).
+  std::uint64_t word(std::int32_t object, int word) const {
+    const auto found = words_.find(key(object, word));
+    return found == words_.end() ? 0 : found->second;
+  }
+
+  void add(std::int32_t object, int batch) {
+    words_[key(object, batch / 64)] |= bit_of(batch);
+    for (int w = first_free_word(object); word(object, w) == full_word; ++w) {
+      words_.erase(key(object, w));
+      first_free_word_[object] = w + 1;
+    }
+  }
+
+ private:
+  static std::uint64_t key(std::int32_t object, int word) { return std::uint64_t(object) << 32 | std::uint32_t(word); }
+
+  std::unordered_map<std::int32_t, int> first_free_word_;
+  std::unordered_map<std::uint64_t, std::uint64_t> words_;
+};
 
 // Constraints put in the order of their batches, 0 .. batches - 1.
 Batches in_batches(const std::vector<std::int32_t>& batch_of, int count) {
@@ -25,19 +61,30 @@ Batches in_batches(const std::vector<std::int32_t>& batch_of, int count) {
 }  // namespace
 
 Batches make_batches(std::span<const std::int32_t> a, std::span<const std::int32_t> b, std::span<const char> movable) {
-  const std::size_t objects = movable.size(), constraints = a.size();
-  std::vector<std::vector<std::uint64_t>> taken;  // [word][object]: batches 64 word .. 64 word + 63
-  std::vector<std::int32_t> batch_of(constraints);
+  std::vector<std::uint64_t> first(movable.size());  // [object]: batches 0 .. 63
+  LaterBatches later;
+  const auto join_later = [&](std::int32_t i, std::int32_t j) {
+    int word = std::max(movable[i] ? later.first_free_word(i) : 1, movable[j] ? later.first_free_word(j) : 1);
+    const auto taken = [&] { return (movable[i] ? later.word(i, word) : 0) | (movable[j] ? later.word(j, word) : 0); };
+    while (taken() == full_word) ++word;
+    const int batch = 64 * word + std::countr_one(taken());
+    if (movable[i]) later.add(i, batch);
+    if (movable[j]) later.add(j, batch);
+    return batch;
+  };
+
+  std::vector<std::int32_t> batch_of(a.size());
   int batches = 0;
-  for (std::size_t k = 0; k < constraints; ++k) {
-    std::size_t word = 0;
-    const auto in_use = [&] { return (movable[a[k]] ? taken[word][a[k]] : 0) | (movable[b[k]] ? taken[word][b[k]] : 0); };
-    while (word < taken.size() && ~in_use() == 0) ++word;
-    if (word == taken.size()) taken.emplace_back(objects, 0);
-    const int bit = std::countr_one(in_use());
-    taken[word][a[k]] |= std::uint64_t(1) << bit;
-    taken[word][b[k]] |= std::uint64_t(1) << bit;
-    batch_of[k] = static_cast<std::int32_t>(64 * word + bit);
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    const std::int32_t i = a[k], j = b[k];
+    const std::uint64_t taken = (movable[i] ? first[i] : 0) | (movable[j] ? first[j] : 0);
+    if (taken != full_word) {
+      batch_of[k] = std::countr_one(taken);
+      first[i] |= bit_of(batch_of[k]);
+      first[j] |= bit_of(batch_of[k]);
+    } else {
+      batch_of[k] = join_later(i, j);
+    }
     batches = std::max(batches, batch_of[k] + 1);
   }
   return in_batches(batch_of, batches);

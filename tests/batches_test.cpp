@@ -3,11 +3,14 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <set>
 
 #include "common/batches.h"
 #include "openmp/batches.h"
+#include "tests/temporary_folder.h"
 
 namespace lockstep {
 namespace {
@@ -87,6 +90,55 @@ TEST(ParallelBatches, OfStars) {
     graph.movable[leaves] = false;
     expect_the_same(graph, "star around what does not move");
   }
+}
+
+// Every object's batches as a set, and the rule word for word.
+Batches first_fit(const Graph& graph) {
+  std::vector<std::set<int>> taken(graph.movable.size());
+  std::vector<std::vector<std::int32_t>> batches;
+  for (std::size_t k = 0; k < graph.a.size(); ++k) {
+    const auto in_use = [&](std::int32_t i, int batch) { return graph.movable[i] && taken[i].contains(batch); };
+    int batch = 0;
+    while (in_use(graph.a[k], batch) || in_use(graph.b[k], batch)) ++batch;
+    taken[graph.a[k]].insert(batch), taken[graph.b[k]].insert(batch);
+    batches.resize(std::max<std::size_t>(batches.size(), batch + 1));
+    batches[batch].push_back(static_cast<std::int32_t>(k));
+  }
+  Batches result{{}, {0}};
+  for (const std::vector<std::int32_t>& batch : batches) {
+    result.order.insert(result.order.end(), batch.begin(), batch.end());
+    result.begin.push_back(static_cast<std::int32_t>(result.order.size()));
+  }
+  return result;
+}
+
+// More than 64 batches: complete graphs in any order, with parallel edges to a few, and with objects that do not move.
+TEST(Batches, BeyondTheFirst64AreFirstFit) {
+  std::mt19937 random(6);
+  for (const double immovable : {0., .3}) {
+    Graph graph(150);
+    for (char& m : graph.movable) m = random() >= immovable * 0x1p32;
+    std::vector<std::pair<int, int>> edges;
+    for (int i = 0; i < 150; ++i)
+      for (int j = 0; j < i; ++j) edges.insert(edges.end(), i < 5 ? 100 : 1, {i, j});
+    std::ranges::shuffle(edges, random);
+    for (const auto& [i, j] : edges) graph.join(i, j);
+    const Batches expected = first_fit(graph), found = make_batches(graph.a, graph.b, graph.movable);
+    EXPECT_GT(expected.count(), 128);
+    EXPECT_EQ(found.begin, expected.begin);
+    EXPECT_EQ(found.order, expected.order);
+  }
+}
+
+// The hub is in as many batches as there are leaves. A bit for each batch and object would be 1.25 GB.
+TEST(Batches, OfALargeStarTakeMemoryByTheConstraint) {
+  constexpr int leaves = 100'000;
+  Graph graph(leaves + 1);
+  for (int leaf = 0; leaf < leaves; ++leaf) graph.join(leaf, leaves);
+  const Limit limit(RLIMIT_AS, address_space() + 32'000'000);
+  const Batches batches = make_batches(graph.a, graph.b, graph.movable);
+  EXPECT_EQ(batches.count(), leaves);
+  for (int leaf = 0; leaf < leaves; ++leaf) ASSERT_EQ(batches.order[leaf], leaf);
 }
 
 // Every constraint waits for the one before it, and thread for thread.
