@@ -1018,7 +1018,7 @@ TEST(ContactLevels, AreAsEarlyAsTheOrderLets) {
 
 // --- Free bodies
 
-void advance(Problem<double>& p, double dt) { serial::advance_bodies(p.bodies.motion, dt, p.bodies); }
+void advance(Problem<double>& p, double dt) { serial::integrate(p.bodies.motion, dt, p.bodies); }
 
 TEST(Advance, FreeFall) {
   constexpr int steps = 200;
@@ -1028,7 +1028,7 @@ TEST(Advance, FreeFall) {
   add(p, {.velocity = {1, 2, 0}});
   for (int step = 0; step < steps; ++step) {
     solve_original(settings, p);
-    serial::advance_bodies(p.moving, settings.time_step, p.bodies);
+    serial::integrate(p.moving, settings.time_step, p.bodies);
   }
   // N substeps h: v = v0 - N g h, x = v0 N h - g h^2 N (N + 1) / 2. Each of N sums rounds once, and what it adds thrice.
   const double h = settings.time_step / settings.substeps, n = steps * settings.substeps, speed = g * n * h,
@@ -1099,7 +1099,7 @@ void expect_momentum_kept(double unit_roundoff) {
     const Free<Real> before(p);
     double lowest = 2, highest = -2;  // of the middle axis along the angular momentum
     for (int step = 0; step < steps; ++step) {
-      serial::advance_bodies(p.bodies.motion, Real(.01), p.bodies);
+      serial::integrate(p.bodies.motion, Real(.01), p.bodies);
       const Free<Real> now(p);
       const Pose<double> pose = convert<double>(p).bodies.pose[0];
       const double middle = (eigen(pose.orientation) * Eigen::Vector3d::UnitY()).dot(before.momentum.normalized());
@@ -1129,11 +1129,11 @@ TEST(Advance, TwinsAreBitwiseTheSame) {
     Problem<float> serial = start;
     Array<Motion<float>> moving = start.bodies.motion;
     for (int i = 0; i < count; ++i) moving[i].velocity.y += .1f, moving[i].angular_velocity.z -= .2f;
-    for (int step = 0; step < 3; ++step) serial::advance_bodies(moving, .01f, serial.bodies);
+    for (int step = 0; step < 3; ++step) serial::integrate(moving, .01f, serial.bodies);
     for (const int threads : thread_counts) {
       omp_set_num_threads(threads);
       Problem<float> openmp = start;
-      for (int step = 0; step < 3; ++step) openmp::advance_bodies(moving, .01f, openmp.bodies);
+      for (int step = 0; step < 3; ++step) openmp::integrate(moving, .01f, openmp.bodies);
       EXPECT_TRUE(same_bits(serial.bodies.pose, openmp.bodies.pose)) << count << ' ' << threads;
       EXPECT_TRUE(same_bits(serial.bodies.motion, openmp.bodies.motion)) << count << ' ' << threads;
     }

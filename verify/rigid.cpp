@@ -520,11 +520,11 @@ Case batches_case(const std::string& path, ReorderContacts<float>* openmp) {
 
 Case advance_case(const std::string& path) {
   const Shared in = inputs(path);
-  const auto with = [in](AdvanceBodies<float>* advance) {
-    return [in, advance](Bodies<float>& bodies) { advance(in->now.moving, static_cast<float>(in->settings.solver.time_step), bodies); };
+  const auto with = [in](Integrate<float>* integrate) {
+    return [in, integrate](Bodies<float>& bodies) { integrate(in->now.moving, static_cast<float>(in->settings.solver.time_step), bodies); };
   };
   const double n = in->world.bodies.count;
-  return bitwise_case<Bodies<float>>(in->world.bodies, with(serial::advance_bodies), with(openmp::advance_bodies),
+  return bitwise_case<Bodies<float>>(in->world.bodies, with(serial::integrate), with(openmp::integrate),
                                      [](const Bodies<float>& bodies) { return words_of(bodies); },
                                      {n, "bodies", n * 6 * bytes_of_pose, n * 350});
 }

@@ -1,10 +1,10 @@
-// Contract: bodies moved by a step, semi-implicit Euler: by the velocities that the solver found.
+// Contract: moves bodies on by a step dt, s, by semi-implicit Euler.
 //
-// x += v dt; orientations by the midpoint rule, and angular velocities by what keeps the angular momentum (common/rigid/spin.h). The
-// velocities to move with are `moving` (the mean ones of the step, with position correction), with room for whole vectors like all that
-// bodies have; bodies.motion is what bodies keep.
+// x += v dt; orientations by the midpoint rule; angular velocities such that the angular momentum is kept (common/rigid/spin.h). Bodies
+// move by `moving`, the mean velocities of the step with position correction, m/s and rad/s; bodies.motion are the velocities that they
+// keep. moving[body] is padded to whole vectors, like all arrays of bodies. Static bodies are left as they are.
 //
-// In, out: bodies.pose, bodies.motion. In: dt, s.
+// In: moving, dt, bodies.inverse_mass. In, out: bodies.pose, bodies.motion.
 // Source:  [LRB08] "Rigid Body Simulation": velocity and position by integrating F = m a.
 #pragma once
 
@@ -15,15 +15,15 @@
 namespace lockstep::rigid {
 
 template <class Real>
-using AdvanceBodies = void(std::span<const Motion<Real>> moving, Real dt, Bodies<Real>& bodies);
+using Integrate = void(std::span<const Motion<Real>> moving, Real dt, Bodies<Real>& bodies);
 
 namespace serial {
-AdvanceBodies<float> advance_bodies;
-AdvanceBodies<double> advance_bodies;
+Integrate<float> integrate;
+Integrate<double> integrate;
 }  // namespace serial
 
 namespace openmp {
-AdvanceBodies<float> advance_bodies;
+Integrate<float> integrate;
 }  // namespace openmp
 
 }  // namespace lockstep::rigid

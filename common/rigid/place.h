@@ -1,7 +1,7 @@
-// Where a collider is and the box around it. For T a scalar or floatv, in the same order of operations.
+// Where a collider is, and the box around it. For T a scalar or floatv, in the same order of operations.
 #pragma once
 
-#include "common/rigid/rotation.h"
+#include "common/rigid/world.h"
 #include "common/spatial/bounds.h"
 
 namespace lockstep::rigid {
@@ -11,11 +11,11 @@ inline Pose<T> in_world(const Pose<T>& body, const Pose<T>& local) {
   return {body.position + matrix_of(body.orientation) * local.position, body.orientation * local.orientation, T(0)};
 }
 
-// Along an axis of the world a turned box reaches as far as its half sides do together, each by its share of that axis. `centre` and `half`
-// are of the hull's own box, before `scale`; `widening` is the radius and the margin.
+// The box around a turned box: along a world axis it reaches as far as the half sides together, each times its share of that axis.
+// `centre` and `half` are of the hull's own box before `scale`, m; `widening` is the radius plus the margin, m.
 template <class T>
-inline spatial::Box<T> box_around(const Pose<T>& pose, const Vector3<T>& scale, const Vector3<T>& centre, const Vector3<T>& half,
-                         const T& widening) {
+inline spatial::Box<T> box_around(const Pose<T>& pose, const Quad<T>& scale, const Quad<T>& centre, const Quad<T>& half,
+                                  const T& widening) {
   const Matrix3<T> m = matrix_of(pose.orientation);
   const Vector3<T> middle = pose.position + m * Vector3<T>{scale.x * centre.x, scale.y * centre.y, scale.z * centre.z};
   const Matrix3<T> reach = {
@@ -25,14 +25,14 @@ inline spatial::Box<T> box_around(const Pose<T>& pose, const Vector3<T>& scale, 
   return {middle - extent, middle + extent};
 }
 
-// Makes `box` reach to a turned vertex of a hull.
+// Extends `box` to a turned vertex of a hull.
 template <class T>
 inline void reach_to(spatial::Box<T>& box, const Matrix3<T>& m, const Vector3<T>& scale, const Vector3<T>& vertex) {
   const Vector3<T> v = m * Vector3<T>{scale.x * vertex.x, scale.y * vertex.y, scale.z * vertex.z};
   box = around(box, {v, v});
 }
 
-// A box around what is turned, moved to where it is and widened.
+// A box around turned vertices, moved to the position and widened.
 template <class T>
 inline spatial::Box<T> moved(const spatial::Box<T>& box, const Vector3<T>& position, const T& widening) {
   const Vector3<T> wide = {widening, widening, widening};

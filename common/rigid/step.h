@@ -1,6 +1,6 @@
 // Contract: one step of rigid bodies, the pipeline of [LRB08] Figure 4:
 //
-//   place_colliders, broad phase, plane_pairs, narrow_phase, match_contacts, batches, contact solver, advance_bodies
+//   place_colliders, broad phase, plane_pairs, narrow_phase, match_contacts, batches, contact solver, integrate
 //
 //   original   contacts solved in the order of their pairs
 //   batches    contacts reordered into batches without conflicts

@@ -22,6 +22,10 @@ template <class Real>
 struct alignas(4 * sizeof(Real)) Quad {
   Real x, y, z, w;
 };
+template <class T>
+inline Vector3<T> vector_of(const Quad<T>& quad) {
+  return {quad.x, quad.y, quad.z};
+}
 
 // How a body moves: m/s, of its centre of mass, and rad/s, both along the axes of the world.
 template <class Real>

@@ -1,7 +1,7 @@
-// Bodies moved by a step: positions and orientations by velocities.
+// Moves bodies on by a step, by the velocities that the solver found.
 //
-// Semi-implicit Euler: positions move with the new velocities, which keeps the energy of a fall bounded. The turning of a body is the one
-// thing that is not plain: see common/rigid/spin.h.
+// Semi-implicit Euler: positions move with the new velocities, which bounds the energy of a fall. Only the rotation needs care:
+// common/rigid/spin.h.
 //
 // The contract stands in common/rigid/integrate.h.
 #include "common/rigid/integrate.h"
@@ -12,20 +12,12 @@
 
 namespace lockstep::rigid::serial {
 
-void advance_bodies(std::span<const Motion<Real>> moving, Real dt, Bodies<Real>& bodies) {
+void integrate(std::span<const Motion<Real>> moving, Real dt, Bodies<Real>& bodies) {
   for (int i = 0; i < bodies.count; ++i) {
     const Quad<Real>& inverse_mass = bodies.inverse_mass[i];
-    if (!(inverse_mass.w > 0)) continue;
-    Pose<Real>& pose = bodies.pose[i];
-    Vector3<Real>& angular_velocity = bodies.motion[i].angular_velocity;
-    const Vector3<Real> inverse = {inverse_mass.x, inverse_mass.y, inverse_mass.z};
-
-    pose.position = pose.position + dt * moving[i].velocity;
-    const Vector3<Real> kept = momentum_of_velocity(pose.orientation, inverse, angular_velocity);
-    const Vector3<Real> turning = momentum_of_velocity(pose.orientation, inverse, moving[i].angular_velocity);
-    const Quaternion<Real> middle = turned_by(Real(.5) * dt * moving[i].angular_velocity, pose.orientation);
-    pose.orientation = turned_by(dt * velocity_of_momentum(middle, inverse, turning), pose.orientation);
-    angular_velocity = velocity_keeping_momentum(pose.orientation, inverse, kept);
+    const bool moves = inverse_mass.w > 0;
+    if (none(moves)) continue;
+    advance(inverse_mass, moving[i], dt, bodies.pose[i], bodies.motion[i]);
   }
 }
 

@@ -52,7 +52,7 @@ void step(const StepSettings& settings, World<Real>& world, StepMemory<Real>& me
   solves(body);
   done();
 
-  advance_bodies(memory.moving, dt, world.bodies);
+  integrate(memory.moving, dt, world.bodies);
   done();
 }
 
