@@ -26,7 +26,7 @@ BUILD := build/$(ISA)
 # Every file of serial/ is compiled twice: in float, and in double for the truth.
 serial := $(patsubst %.cpp,$(BUILD)/%.float.o,$(shell find serial -name '*.cpp')) $(patsubst %.cpp,$(BUILD)/%.double.o,$(shell find serial -name '*.cpp'))
 kernel := $(serial) $(patsubst %.cpp,$(BUILD)/%.o,$(shell find openmp common -name '*.cpp'))
-verify := $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard verify/*.cpp))
+verify := $(patsubst %.cpp,$(BUILD)/%.o,$(shell find verify -name '*.cpp'))
 tests  := $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard tests/*_test.cpp))
 
 .PHONY: all deps verify test bench figures run diff mutants tsan tsan-build sanitize determinism portable fuzz endure extremes clean help

@@ -1,19 +1,20 @@
 #include "common/scene.h"
 
-#include <filesystem>
+#include <algorithm>
 
 #include "common/toml.h"
 
 namespace lockstep {
 
-std::string kind_of_scene(const std::string& path) {
-  if (std::filesystem::path(path).extension() == ".fluid") return "fluid";
+std::string kind_of_scene(const std::string& path, std::span<const std::string> kinds) {
   const toml::table scene = parse_toml(path);
   const toml::node* kind = scene.get("kind");
   if (!kind) refuse(scene.source(), "kind is missing");
   const std::string name = kind->value_exact<std::string>().value_or("");
-  if (name != "fluid" && name != "cloth" && name != "levelset" && name != "rigid")
-    refuse_value(*kind, "kind", "\"fluid\", \"cloth\", \"levelset\" or \"rigid\"");
+  std::string expected;
+  for (std::size_t k = 0; k < kinds.size(); ++k)
+    expected += (k == 0 ? "" : k + 1 < kinds.size() ? ", " : " or ") + ('"' + kinds[k] + '"');
+  if (std::ranges::find(kinds, name) == kinds.end()) refuse_value(*kind, "kind", expected);
   return name;
 }
 

@@ -26,7 +26,7 @@ struct FuzzRegressions : TemporaryFolder {
 
   int try_all(const std::string& inputs) const {
     int tried = 0;
-    for (const fuzz::Loader& loader : fuzz::loaders) {
+    for (const fuzz::Loader& loader : fuzz::loaders()) {
       const std::string kind = inputs + '/' + std::string(loader.name);
       if (!std::filesystem::exists(kind)) continue;
       for (const auto& input : std::filesystem::directory_iterator(kind)) {

@@ -19,7 +19,7 @@
 #include "common/levelset/shapes.h"
 #include "common/levelset/vti.h"
 #include "common/obj.h"
-#include "common/scene.h"
+#include "verify/domain.h"
 #include "tests/temporary_folder.h"
 
 namespace lockstep::levelset {
@@ -84,7 +84,7 @@ TEST(LevelsetScenes, OfTheRepositoryLoad) {
   std::map<std::string, Expected> found;
   for (const auto& file : std::filesystem::directory_iterator("scenes/levelset")) {
     if (file.path().extension() != ".toml") continue;
-    EXPECT_EQ(kind_of_scene(file.path().string()), "levelset");
+    EXPECT_EQ(verify::domain_of_scene(file.path().string()).name, "levelset");
     const Scene scene = load_scene(file.path().string());
     found[scene.name] = {scene.phi.nx, std::isfinite(scene.band)};
     EXPECT_EQ(scene.shapes.empty(), scene.name == "mesh_96");

@@ -19,7 +19,7 @@
 #include "common/rigid/make.h"
 #include "common/rigid/scene.h"
 #include "common/rigid/vtk.h"
-#include "common/scene.h"
+#include "verify/domain.h"
 #include "tests/exact_convex.h"
 #include "tests/temporary_folder.h"
 
@@ -644,7 +644,7 @@ TEST(RigidScenes, OfTheRepositoryLoad) {
   std::map<std::string, int> found;
   for (const auto& file : std::filesystem::directory_iterator("scenes/rigid")) {
     if (file.path().extension() != ".toml") continue;
-    EXPECT_EQ(kind_of_scene(file.path().string()), "rigid");
+    EXPECT_EQ(verify::domain_of_scene(file.path().string()).name, "rigid");
     EXPECT_LT(std::filesystem::file_size(file.path()), 10'000u);
     const Scene scene = load_scene(file.path().string());
     found[scene.name] = movable(scene.world);

@@ -24,7 +24,7 @@
 #include <vector>
 
 #include "common/input_error.h"
-#include "common/scene.h"
+#include "verify/domain.h"
 #include "verify/options.h"
 #include "verify/report.h"
 #include "verify/simulation.h"
@@ -97,7 +97,7 @@ struct Endurance {
 std::vector<std::string> scenes_that_move() {
   std::vector<std::string> paths;
   for (const auto& entry : std::filesystem::recursive_directory_iterator("scenes"))
-    if (entry.path().extension() == ".toml" && kind_of_scene(entry.path()) != "levelset") paths.push_back(entry.path());
+    if (entry.path().extension() == ".toml" && domain_of_scene(entry.path()).moves) paths.push_back(entry.path());
   std::ranges::sort(paths);
   return paths;
 }

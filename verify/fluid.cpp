@@ -16,12 +16,12 @@
 #include "common/fluid/forces.h"
 #include "common/fluid/rebuild_grid.h"
 #include "common/fluid/scene.h"
-#include "common/scene.h"
 #include "openmp/fluid/candidates.h"
 #include "verify/compare.h"
 #include "verify/fluid_bounds.h"
 #include "verify/fluid_forms.h"
 #include "verify/fluid_run.h"
+#include "verify/domain.h"
 #include "verify/kernel.h"
 
 namespace lockstep::verify {
@@ -436,7 +436,7 @@ std::vector<Kernel> fluid_kernels() {
   const std::vector<std::string> bench_scenes = {scene("dam_break_100k")};
   std::vector<Kernel> kernels;
   const auto add = [&](const char* name, const char* form, bool order_dependent, std::function<Case(const std::string&)> make) {
-    const auto takes = [](const std::string& path) { return kind_of_scene(path) == "fluid"; };
+    const auto takes = [](const std::string& path) { return domain_of_scene(path).name == "fluid"; };
     kernels.push_back({name, form, order_dependent, scenes, more_scenes, bench_scenes, takes, std::move(make)});
   };
   using namespace openmp;

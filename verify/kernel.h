@@ -1,8 +1,8 @@
 // What the verifier and the benchmark know of a kernel, and how a kernel joins them.
 //
-// A kernel joins by one Kernel for each of its forms: a name, and a function that makes a Case on a scene. verify/fluid.cpp
-// shows it; kernels() in verify/kernels.cpp lists them all. The verifier runs each Case at every thread count asked for, the
-// benchmark times it; neither knows what is computed.
+// verify/DOMAIN/KERNEL.cpp mirrors serial/DOMAIN/KERNEL.cpp. It makes a Case of the kernel on a scene (verify/twin.h), and registers
+// the kernel's forms and their scenes: no other file knows them. The verifier runs each Case at every thread count asked for, the
+// benchmark times it, the model records it; none of them knows what is computed. notes/adding.md walks through it.
 #pragma once
 
 #include <cmath>
@@ -60,22 +60,58 @@ struct Case {
   Work work;
 };
 
+// One kernel in one of its openmp forms, as the verifier, the benchmark and the model select it.
 struct Kernel {
   std::string name;                 // its path below serial/
-  std::string form;                 // which of its openmp forms
+  std::string form;                 // which of its openmp forms; "" where there is one
   bool order_dependent;             // whether rounding depends on which thread came first; else hashes must agree
-  std::vector<std::string> scenes;  // for `make verify`, and what FULL=1 adds
+  std::vector<std::string> scenes;  // paths: for `make verify`, and what FULL=1 adds
   std::vector<std::string> more_scenes;
   std::vector<std::string> bench_scenes;
-  std::function<bool(const std::string& scene_path)> takes;  // whether it is for scenes of this kind, such as a user's own
+  std::function<bool(const std::string& scene_path)> takes;  // whether it is for this scene, such as a user's own
   std::function<Case(const std::string& scene_path)> make;
+  std::vector<std::string> tsan_scenes = {};
+  std::string covered_by = "";  // another form that runs the same code, which tsan and mutants look at instead; "" if none does
+  std::vector<std::string> serial_forms = {""};  // of the kernel
 };
 
-// All kernels, domain by domain, in the order of a step.
-std::vector<Kernel> kernels();
 std::vector<Kernel> fluid_kernels();
-std::vector<Kernel> cloth_kernels();
 std::vector<Kernel> levelset_kernels();
 std::vector<Kernel> rigid_kernels();
+
+// All kernels: domain by domain, in the order of a step.
+std::vector<Kernel> kernels();
+
+// --- How a kernel joins: by one constant at the end of verify/DOMAIN/KERNEL.cpp,
+//
+//   const Register advance{{.name = "fluid/advance", .place = 5, .forms = {{.make = make_advance, .scenes = all_scenes}}}};
+
+// Names of scenes: scenes/DOMAIN/NAME.toml.
+struct Scenes {
+  std::vector<std::string> verify;  // for `make verify`
+  std::vector<std::string> more;    // what FULL=1 adds
+  std::vector<std::string> bench;
+  std::vector<std::string> tsan;  // larger than one chunk of the loop that is shared out, or a race hides; the first with QUICK=1
+};
+
+struct Form {
+  std::string name = "";
+  std::function<Case(const std::string& scene_path)> make;
+  Scenes scenes;
+  bool order_dependent = false;
+  std::string covered_by = "";                                    // no scenes for tsan then
+  std::function<bool(const std::string& scene_path)> takes = {};  // of the domain's scenes; all if absent
+};
+
+struct Registered {
+  std::string name;                              // DOMAIN/KERNEL
+  int place;                                     // among the domain's kernels, in the order of a step, from 1
+  std::vector<std::string> serial_forms = {""};  // as README lists them
+  std::vector<Form> forms;
+};
+
+struct Register {
+  explicit Register(Registered kernel);
+};
 
 }  // namespace lockstep::verify

@@ -13,8 +13,8 @@
 #include "common/levelset/fast_sweeping.h"
 #include "common/levelset/initialize.h"
 #include "common/levelset/scene.h"
-#include "common/scene.h"
 #include "verify/compare.h"
+#include "verify/domain.h"
 #include "verify/kernel.h"
 
 namespace lockstep::verify {
@@ -225,7 +225,7 @@ std::vector<Kernel> levelset_kernels() {
   const Scenes bench_band = scenes({"spheres_and_box_256"}), bench_both = scenes({"spheres_and_box_256", "spheres_and_box_256_full"});
 
   std::vector<Kernel> kernels;
-  const auto takes = [](const std::string& path) { return kind_of_scene(path) == "levelset"; };
+  const auto takes = [](const std::string& path) { return domain_of_scene(path).name == "levelset"; };
   const auto add = [&](const char* name, const char* form, Scenes some, Scenes more, Scenes bench, auto make) {
     kernels.push_back({name, form, false, std::move(some), std::move(more), std::move(bench), takes, make});
   };

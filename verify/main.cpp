@@ -38,10 +38,18 @@ int main(int argc, char** argv) {
   mallopt(M_MMAP_MAX, 0);
   mallopt(M_TRIM_THRESHOLD, -1);
 
+  // Kernels do not nest parallel regions on purpose, and a user's OMP_MAX_ACTIVE_LEVELS would have those that call each other do so.
+  omp_set_max_active_levels(1);
+
   CLI::App app("Lockstep: the algorithms of two papers on many-core physics, serial and parallel, verified against each other");
   app.require_subcommand(1);
   Options options;
   RunOptions run_options;
+
+  ListOptions list_options;
+  CLI::App* list_command = app.add_subcommand("list", "print every kernel, its forms and their scenes");
+  list_command->add_flag("--json", list_options.json, "as JSON");
+  list_command->add_flag("--markdown", list_options.markdown, "as the table of README.md");
 
   CLI::App* verify_command = app.add_subcommand("verify", "compare every openmp kernel with its serial twin");
   add_selection(verify_command, options);
@@ -95,6 +103,7 @@ int main(int argc, char** argv) {
 
   try {
     if (options.threads.empty()) options.threads = verify_command->parsed() ? std::vector<int>{1, 2, 3} : std::vector<int>{1, 2};
+    if (list_command->parsed()) return list(list_options);
     if (verify_command->parsed()) return verify(options);
     if (bench_command->parsed()) return bench(options);
     if (scale_options.cores.empty())

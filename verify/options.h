@@ -40,7 +40,12 @@ struct FigureOptions {
   bool quick = false;  // less of everything: to see that it works
 };
 
+struct ListOptions {
+  bool json = false, markdown = false;
+};
+
 // Each returns the program's exit code: 0, or 1 where a check failed. Bad input throws InputError.
+int list(const ListOptions& options);
 int verify(const Options& options);
 int bench(const Options& options);
 int scale(const ScaleOptions& options);

@@ -20,9 +20,9 @@
 #include "common/rigid/route.h"
 #include "common/rigid/scene.h"
 #include "common/rigid/step.h"
-#include "common/scene.h"
 #include "openmp/rigid/full_blocks.h"
 #include "verify/compare.h"
+#include "verify/domain.h"
 #include "verify/kernel.h"
 #include "verify/rigid_run.h"
 
@@ -650,7 +650,7 @@ std::vector<Kernel> rigid_kernels() {
     for (std::string& name : names) name = "scenes/rigid/" + name + ".toml";
     return names;
   };
-  const auto takes = [](const std::string& path) { return kind_of_scene(path) == "rigid"; };
+  const auto takes = [](const std::string& path) { return domain_of_scene(path).name == "rigid"; };
   std::vector<Kernel> kernels;
   const auto add = [&](const char* name, const char* form, Scenes some, Scenes more, Scenes bench, auto make) {
     kernels.push_back({name, form, false, scenes(some), scenes(more), scenes(bench), takes, make});

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/input_error.h"
 #include "verify/options.h"
 #include "verify/run_state.h"
 
@@ -25,12 +26,30 @@ struct Simulation {
   std::function<std::string()> summary;                      // of the run, for people; may be absent
 };
 
+// The simulation of the scene's domain. The functions share its state. Throws InputError where the scene or the form is not to be
+// had, or the domain has nothing to simulate.
 Simulation make_simulation(const RunOptions& options);
 
-// The functions share the state of the simulation. Throw InputError where the scene or the form is not to be had.
-Simulation fluid_simulation(const RunOptions& options);
-Simulation cloth_simulation(const RunOptions& options);
-Simulation levelset_simulation(const RunOptions& options);
-Simulation rigid_simulation(const RunOptions& options);
+// --- What the domains' simulations share
+
+// The first form that fits, or the one asked for.
+template <class Forms, class Fits>
+const auto& find_form(const Forms& forms, const std::string& asked, Fits fits) {
+  std::string known;
+  for (const auto& form : forms) {
+    if (!fits(form)) continue;
+    if (asked.empty() || asked == form.name) return form;
+    known += (known.empty() ? "" : ", ") + form.name;
+  }
+  throw InputError("--form " + asked + ": expected one of: " + known);
+}
+
+// The first of n elements that is not as it should be, "" if all are.
+template <class Fits>
+std::string first_fault(const char* what, int n, const char* fault, Fits fits) {
+  for (int i = 0; i < n; ++i)
+    if (!fits(i)) return what + std::to_string(i) + fault;
+  return "";
+}
 
 }  // namespace lockstep::verify

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/arrays.h"
 #include "common/mesh.h"
 #include "common/vector3.h"
 
@@ -102,5 +103,12 @@ struct Cloth {
   std::vector<int> corner_begin;  // [particle], and one more: where its corners begin in `corner`
   std::vector<int> corner;        // the triangles that a particle is a corner of, in their order
 };
+
+// What steps change.
+template <Is<Cloth> C, class F>
+void for_each_array(C& cloth, const F& f) {
+  f("position", cloth.position, cloth.count);
+  f("previous", cloth.previous, cloth.count);
+}
 
 }  // namespace lockstep::cloth

@@ -6,21 +6,18 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
-#include "common/cloth/make.h"
-#include "common/cloth/scene.h"
 #include "common/fluid/file.h"
-#include "common/fluid/scene.h"
 #include "common/input_error.h"
-#include "common/levelset/scene.h"
 #include "common/memory.h"
 #include "common/obj.h"
-#include "common/rigid/scene.h"
-#include "common/scene.h"
+#include "verify/domain.h"
 
 namespace lockstep::fuzz {
 
@@ -55,68 +52,12 @@ bool accepted(Action action) {
   }
 }
 
-template <class... Numbers>
-void must_be_finite(const std::string& what, Numbers... numbers) {
-  must((std::isfinite(numbers) && ...), what + " is not finite");
-}
-template <class Real>
-void must_be_finite(const std::string& what, const Vectors<Real>& vectors) {
-  for (const auto* component : {&vectors.x, &vectors.y, &vectors.z})
-    for (const Real x : *component) must_be_finite(what, x);
-}
-
 // --- Scenes
 
-inline void try_fluid(const std::string& path) {
-  fluid::Scene scene;
-  if (!accepted([&] { scene = fluid::load_scene(path); })) return;
-  must_be_finite("a position", scene.particles.position);
-  must_be_finite("a velocity", scene.particles.velocity);
-}
-
-inline void try_cloth(const std::string& path) {
-  cloth::Cloth<float> cloth;
-  if (!accepted([&] { cloth = cloth::convert<float>(cloth::load_scene(path).cloth); })) return;
-  must_be_finite("a position", cloth.position);
-  for (int i = 0; i < cloth.count; ++i) must_be_finite("an inverse mass", cloth.inverse_mass[i]);
-  for (int k = 0; k < cloth.constraints.count; ++k)
-    must(cloth.constraints.rest_2[k] > 0 && std::isfinite(cloth.constraints.rest_2[k]), "a length is not in the range of float");
-}
-
-inline void try_levelset(const std::string& path) {
-  levelset::Scene scene;
-  if (!accepted([&] { scene = levelset::load_scene(path); })) return;
-  for (const float phi : scene.phi.value) must_be_finite("phi", phi);
-}
-
-inline void try_rigid(const std::string& path) {
-  rigid::Scene scene;
-  if (!accepted([&] { scene = rigid::load_scene(path); })) return;
-  const auto& [bodies, colliders, hulls] = scene.world;
-  for (int i = 0; i < bodies.count; ++i) {
-    const auto [p, q, unused] = bodies.pose[i];
-    must_be_finite("a position", p.x, p.y, p.z);
-    must(std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) < 1e-5f, "an orientation is not of length 1");
-    const auto [v, w, padding] = bodies.motion[i];
-    must_be_finite("a velocity", v.x, v.y, v.z, w.x, w.y, w.z);
-    const auto [x, y, z, mass] = bodies.inverse_mass[i];
-    must_be_finite("an inverse mass", x, y, z, mass);
-    must(x >= 0 && y >= 0 && z >= 0 && mass >= 0, "an inverse mass is negative");
-  }
-  for (int i = 0; i < colliders.count; ++i) {
-    const auto [p, q, unused] = colliders.local[i];
-    must_be_finite("a collider's position", p.x, p.y, p.z);
-    must(std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) < 1e-5f, "a collider's orientation is not of length 1");
-    must(colliders.hull[i] < hulls.count, "a hull that is not there");
-  }
-  for (const auto& [x, y, z, w] : hulls.vertex) must_be_finite("a vertex", x, y, z);
-  for (const auto& [x, y, z, w] : hulls.plane) must_be_finite("a plane", x, y, z, w);
-}
-
-template <auto try_scene>
-void try_kind(const std::string& path) {
-  accepted([&] { kind_of_scene(path); });
-  try_scene(path);
+inline void try_scene_of(const verify::Domain& domain, const std::string& path) {
+  accepted([&] { verify::domain_of_scene(path); });
+  std::string fault;
+  if (accepted([&] { fault = domain.fault_of_scene(path); })) must(fault.empty(), fault);
 }
 
 // --- Files
@@ -140,27 +81,31 @@ inline void try_obj(const std::string& path) {
   for (const auto& [a, b, c] : mesh.triangles)
     for (const int corner : {a, b, c}) must(corner >= 0 && corner < points, "a corner is no point");
   const std::string file = std::filesystem::path(path).filename(), scene = path + ".toml";
-  const auto with = [&](auto try_scene, const std::string& text) {
+  const auto with = [&](const std::string& text) {
     write_bytes(scene, text);
-    try_scene(scene);
+    try_scene_of(verify::domain_of_scene(scene), scene);
   };
-  with(try_cloth, "kind = \"cloth\"\n[mesh]\nfile = \"" + file + "\"\nmass = 1\nbending = true\n");
-  with(try_levelset, "kind = \"levelset\"\npoints = [8, 9, 10]\nspacing = 0.25\norigin = [-1, -1, -1]\n[mesh]\nfile = \"" + file + "\"\n");
-  with(try_rigid, "kind = \"rigid\"\nframes = 1\n[[hull]]\nname = \"a\"\nfile = \"" + file + "\"\n[[body]]\nhull = \"a\"\ndensity = 1\n");
-  with(try_rigid, "kind = \"rigid\"\nframes = 1\n[[body]]\nmesh = \"" + file + "\"\n");
+  with("kind = \"cloth\"\n[mesh]\nfile = \"" + file + "\"\nmass = 1\nbending = true\n");
+  with("kind = \"levelset\"\npoints = [8, 9, 10]\nspacing = 0.25\norigin = [-1, -1, -1]\n[mesh]\nfile = \"" + file + "\"\n");
+  with("kind = \"rigid\"\nframes = 1\n[[hull]]\nname = \"a\"\nfile = \"" + file + "\"\n[[body]]\nhull = \"a\"\ndensity = 1\n");
+  with("kind = \"rigid\"\nframes = 1\n[[body]]\nmesh = \"" + file + "\"\n");
   std::filesystem::remove(scene);
 }
 
 struct Loader {
-  std::string_view name;  // of its folders below corpus/ and found/
-  std::string_view file;  // what the input is called: its extension matters
-  void (*try_file)(const std::string& path);
+  std::string name;  // of its folders below corpus/ and found/
+  std::string file;  // what the input is called: its extension matters
+  std::function<void(const std::string& path)> try_file;
 };
-inline constexpr Loader loaders[] = {
-    {"fluid", "scene.toml", try_kind<try_fluid>},       {"cloth", "scene.toml", try_kind<try_cloth>},
-    {"levelset", "scene.toml", try_kind<try_levelset>}, {"rigid", "scene.toml", try_kind<try_rigid>},
-    {"fluid_file", "in.fluid", try_fluid_file},         {"obj", "in.obj", try_obj},
-};
+
+// One for the scenes of each domain, then those of other files.
+inline std::vector<Loader> loaders() {
+  std::vector<Loader> all;
+  for (const verify::Domain& domain : verify::domains()) all.push_back({domain.name, "scene.toml", [&domain](const std::string& path) { try_scene_of(domain, path); }});
+  all.push_back({"fluid_file", "in.fluid", try_fluid_file});
+  all.push_back({"obj", "in.obj", try_obj});
+  return all;
+}
 
 // Beside every input, for scenes to name: a tetrahedron.
 inline void write_neighbours(const std::string& folder) {
@@ -169,7 +114,7 @@ inline void write_neighbours(const std::string& folder) {
 
 // Throws anything, or crashes, where there is a finding.
 inline void try_bytes(const Loader& loader, const std::string& folder, std::string_view bytes) {
-  const std::string path = folder + '/' + std::string(loader.file);
+  const std::string path = folder + '/' + loader.file;
   write_bytes(path, bytes);
   loader.try_file(path);
 }

@@ -11,12 +11,13 @@
 namespace lockstep::fuzz {
 namespace {
 
-const Loader& chosen_loader() {
+Loader chosen_loader() {
   const char* const name = std::getenv("LOCKSTEP_LOADER");
-  const auto* const found = std::ranges::find(loaders, std::string_view(name ? name : ""), &Loader::name);
-  if (found != std::end(loaders)) return *found;
+  const std::vector<Loader> all = loaders();
+  const auto found = std::ranges::find(all, std::string(name ? name : ""), &Loader::name);
+  if (found != all.end()) return *found;
   std::fputs("LOCKSTEP_LOADER: expected one of:", stderr);
-  for (const Loader& loader : loaders) std::fprintf(stderr, " %s", loader.name.data());
+  for (const Loader& loader : all) std::fprintf(stderr, " %s", loader.name.c_str());
   std::fputs("\n", stderr);
   std::exit(2);
 }
@@ -38,7 +39,7 @@ std::string make_folder() {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace lockstep::fuzz;
-  static const Loader& loader = chosen_loader();
+  static const Loader loader = chosen_loader();
   static const std::string folder = make_folder();
   try {
     try_bytes(loader, folder, {reinterpret_cast<const char*>(data), size});

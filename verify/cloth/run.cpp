@@ -1,14 +1,14 @@
-#include "verify/cloth_run.h"
+#include "verify/cloth/run.h"
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "common/cloth/collide.h"
 #include "common/cloth/make.h"
 #include "common/cloth/residual.h"
 #include "common/cloth/verlet.h"
-#include "verify/compare.h"
+#include "verify/arrays.h"
+#include "verify/inputs.h"
 
 namespace lockstep::verify {
 namespace {
@@ -33,13 +33,6 @@ double depth_in(const Box<double>& box, const Vector3<double>& p) {
 }
 
 }  // namespace
-
-bool all_finite(const Cloth<float>& cloth) {
-  const Vectors<float>& p = cloth.position;
-  for (int i = 0; i < cloth.count; ++i)
-    if (!std::isfinite(p.x[i]) || !std::isfinite(p.y[i]) || !std::isfinite(p.z[i])) return false;
-  return true;
-}
 
 Deepest deepest_inside(const Bodies<double>& bodies, const Cloth<float>& cloth) {
   Deepest deepest{0, 0};
@@ -76,14 +69,11 @@ double residual_left(const Cloth<float>& start, Relax<float>* relax, int n) {
 }
 
 std::shared_ptr<const Cloth<float>> serial_run(const Scene& scene, const std::string& form, Step<float>* step) {
-  static std::map<std::string, std::shared_ptr<const Cloth<float>>> known;
-  auto& run = known[scene.path + ' ' + form];
-  if (!run) {
-    auto cloth = std::make_shared<Cloth<float>>(convert<float>(scene.cloth));
-    for (int frame = 0; frame < scene.frames; ++frame) step(*cloth);
-    run = cloth;
-  }
-  return run;
+  return inputs<Cloth<float>>(scene.path + ' ' + form, [&] {
+    Cloth<float> cloth = convert<float>(scene.cloth);
+    for (int frame = 0; frame < scene.frames; ++frame) step(cloth);
+    return cloth;
+  });
 }
 
 void check_run(Judgement& judgement, const Scene& scene, const Cloth<float>& expected, Step<float>* step) {
@@ -94,18 +84,14 @@ void check_run(Judgement& judgement, const Scene& scene, const Cloth<float>& exp
   };
   for (int frame = 1; frame <= scene.frames && judgement.passed; ++frame) {
     step(cloth);
-    if (!all_finite(cloth)) fail("a position that is not finite", frame);
+    if (const std::string fault = first_not_finite(cloth, of_element("particle")); !fault.empty()) fail(fault, frame);
     if (const Deepest deepest = deepest_inside(scene.bodies, cloth); deepest.depth > 0)
       fail("particle " + std::to_string(deepest.particle) + " is " + std::to_string(deepest.depth) + " m inside a body", frame);
   }
   if (!judgement.passed) return;
-  const std::size_t n = cloth.count;
-  const auto name = [&](std::size_t i) { return "position of particle " + std::to_string(i) + " after the run"; };
-  const auto component = [&](const Array<float>& a, const Array<float>& b) {
-    same_bits(judgement, std::span<const float>(a.data(), n), std::span<const float>(b.data(), n), name);
-  };
-  component(cloth.position.x, expected.position.x), component(cloth.position.y, expected.position.y);
-  component(cloth.position.z, expected.position.z);
+  same_bits(judgement, cloth, expected, [name = of_element("particle")](const auto& array, std::size_t i, const auto& field) {
+    return name(array, i, field) + " after the run";
+  });
 }
 
 }  // namespace lockstep::verify

@@ -30,7 +30,4 @@ Deepest deepest_inside(const cloth::Bodies<double>& bodies, const cloth::Cloth<f
 // gravity is one problem of relaxation, and has one answer: after n iterations from its start.
 double residual_left(const cloth::Cloth<float>& start, cloth::Relax<float>* relax, int n);
 
-// Whether every position is finite.
-bool all_finite(const cloth::Cloth<float>& cloth);
-
 }  // namespace lockstep::verify

@@ -1,7 +1,10 @@
 // The forms of the game cloth's relaxation and of its whole step, by name.
 #pragma once
 
+#include <algorithm>
+#include <iterator>
 #include <string>
+#include <vector>
 
 #include "common/cloth/relax.h"
 #include "common/cloth/step.h"
@@ -23,5 +26,12 @@ inline const ClothForm cloth_forms[] = {
     {"batches", true, cloth::serial::relax_batches, cloth::openmp::relax_batches, cloth::serial::step_batches, cloth::openmp::step_batches},
     {"original", true, cloth::serial::relax_original, nullptr, cloth::serial::step_original, nullptr},
 };
+
+inline const ClothForm& first_form(const cloth::Cloth<float>& cloth) {
+  return *std::find_if(std::begin(cloth_forms), std::end(cloth_forms),
+                       [&](const ClothForm& form) { return form.for_meshes || cloth.sheet.rows > 0; });
+}
+
+inline const std::vector<std::string> serial_cloth_forms = {"original", "chains", "colours", "batches"};
 
 }  // namespace lockstep::verify

@@ -1,0 +1,65 @@
+// One builder of cases: an openmp form beside the serial form of the same algorithm, both changing a state.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "verify/arrays.h"
+#include "verify/kernel.h"
+
+namespace lockstep::verify {
+
+// State holds what the kernel changes; what it only reads is captured by the functions. for_each_array(state, f) stands
+// beside State (common/arrays.h). Results that the kernel must write are poisoned in `start`.
+template <class State>
+struct Twin {
+  std::shared_ptr<const State> start;       // what every run begins with
+  std::function<void(State&)> serial;       // the serial form of the same algorithm: what openmp must agree with
+  std::function<void(State&)> best_serial;  // the best serial algorithm, where that is another: what openmp must beat
+  std::function<void(State&)> openmp;
+  std::function<Judgement(const State& openmp, const State& serial)> compare;  // bitwise by name if absent
+  Work work;
+  std::function<void(State& now, const State& start)> restore = {};  // of what a run changed; all of it if absent
+  std::function<std::uint64_t(const State&)> hash = {};              // hash_of if absent
+};
+
+// The functions of the case share the twin and three states. `serial` runs once for the comparison, when first judged.
+template <class State>
+Case make_case(Twin<State> twin) {
+  struct Run {
+    Twin<State> twin;
+    State openmp, serial;
+    std::optional<State> expected;
+    void restore(State& now) const {
+      if (twin.restore)
+        twin.restore(now, *twin.start);
+      else
+        now = *twin.start;
+    }
+  };
+  if (!twin.compare) twin.compare = [](const State& openmp, const State& serial) { return bitwise(openmp, serial); };
+  if (!twin.hash) twin.hash = [](const State& state) { return hash_of(state); };
+  const State& start = *twin.start;
+  const auto run = std::make_shared<Run>(Run{std::move(twin), start, start, {}});
+  const Work work = run->twin.work;
+  return {
+      .reset = [run] { run->restore(run->openmp), run->restore(run->serial); },
+      .serial = [run] { run->twin.serial(run->serial); },
+      .best_serial = run->twin.best_serial ? std::function<void()>([run] { run->twin.best_serial(run->serial); }) : nullptr,
+      .openmp = [run] { run->twin.openmp(run->openmp); },
+      .judge =
+          [run] {
+            if (!run->expected) {
+              run->expected = *run->twin.start;
+              run->twin.serial(*run->expected);
+            }
+            return run->twin.compare(run->openmp, *run->expected);
+          },
+      .hash = [run] { return run->twin.hash(run->openmp); },
+      .work = work,
+  };
+}
+
+}  // namespace lockstep::verify
