@@ -103,8 +103,8 @@ fuzz:  ## the readers of scenes, .fluid and OBJ under libFuzzer and sanitizers, 
 	$(MAKE) build/fuzz/loaders_fuzz BUILD=build/fuzz ISA=portable CXX=clang++-14 \
 	  FLAGS='-std=c++20 -O1 -g1 $(isa_portable) -ffp-contract=off -fno-math-errno -fopenmp -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=undefined -Wall -Wextra'
 	tests/fuzz/fuzz.sh $(or $(SECONDS),600) $(TARGET)
-build/fuzz/loaders_fuzz: $(patsubst %.cpp,$(BUILD)/%.o,$(shell find common tests/fuzz -name '*.cpp'))
-	$(CXX) $(FLAGS) $^ $(LIBS) -o $@
+build/fuzz/loaders_fuzz: $(kernel) $(filter-out $(BUILD)/verify/main.o,$(verify)) $(BUILD)/tests/fuzz/loaders_fuzz.o
+	$(CXX) $(FLAGS) $(WRAPS) $^ $(LIBS) -o $@
 
 endure: build/lockstep  ## run the scenes that move for 20,000 steps: nothing breaks, gets lost, or grows (SCENE=scenes/cloth/tiny.toml STEPS=)
 	GLIBC_TUNABLES=glibc.malloc.tcache_count=0:glibc.malloc.hugetlb=1 build/lockstep endure $(if $(SCENE),--scene $(SCENE)) $(if $(STEPS),--steps $(STEPS)) --json build/endure.json
@@ -131,7 +131,7 @@ build/lockstep: $(BUILD)/lockstep
 $(BUILD)/lockstep: $(kernel) $(verify)
 	$(LINK) $^ $(LIBS) -o $@
 
-$(BUILD)/unit_tests: $(kernel) $(filter-out %/main.o,$(verify)) $(tests)
+$(BUILD)/unit_tests: $(kernel) $(filter-out $(BUILD)/verify/main.o,$(verify)) $(tests)
 	$(LINK) $^ $(LIBS) -lccd -lgtest_main -lgtest -pthread -o $@
 
 compile = @mkdir -p $(@D) && echo "compile $@" && $(CXX) $(FLAGS) -I. -I$(BUILD) -MMD -MP

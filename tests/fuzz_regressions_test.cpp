@@ -7,6 +7,8 @@
 #include <limits>
 #include <string>
 
+#include "common/cloth/scene.h"
+#include "common/rigid/scene.h"
 #include "common/toml.h"
 #include "tests/fuzz/loaders.h"
 #include "tests/temporary_folder.h"
