@@ -1,6 +1,7 @@
 // How big and how fine a simulation of the game fluid may be.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 
@@ -19,15 +20,20 @@ inline constexpr double max_particles_per_metre = 1e6;
 // At least as many cells as make_grid cuts the model's domain into, before it has to count them in int.
 double count_cells(const Model<double>& model);
 
+// How many ints rebuild_grid may use for histograms of all cells, whatever the number of threads: four a particle, but one histogram
+// at least.
+inline double histogram_entries(double particles, double cells) { return std::max(4 * particles, cells); }
+
 // Bytes that a Fluid<Real> of so many particles and cells takes, the particles themselves included.
 template <class Real>
 double simulation_bytes(double particles, double cells) {
   constexpr double particle = sizeof(std::int32_t) + 9 * sizeof(Real);    // id, position, two velocities
   constexpr double neighbours = sizeof(std::int32_t) + 8 * sizeof(Real);  // without the lists (require_lists_fit, neighbours.h)
   constexpr double per_particle = 2 * particle + (1 + 3) * sizeof(Real) + neighbours;  // particles and sorted, density, acceleration
-  constexpr double per_cell = 2 * sizeof(std::int32_t);                                // cell_begin, and rebuild_grid's copy of it
+  constexpr double per_cell = sizeof(std::int32_t);                                    // cell_begin
   constexpr double padding = 32;                                                       // padded() adds no more
-  return per_particle * (particles + padding) + per_cell * (cells + 1);
+  const double histograms = sizeof(std::int32_t) * histogram_entries(particles, cells);
+  return per_particle * (particles + padding) + per_cell * (cells + 1) + histograms;
 }
 
 // Throws InputError unless `particles_per_metre` is within the limits above (NaN is not).

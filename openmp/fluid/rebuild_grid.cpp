@@ -1,8 +1,9 @@
 // Puts the particles in cell order, in two ways. Both give the stable order of serial/fluid/rebuild_grid.cpp, to the bit.
 //
-// Counting sort: the serial one, with the particles cut into one share a thread. A thread counts its own share; the sums
-// run over cells and, within a cell, over threads in order; so each thread knows where its particles of each cell go, and
-// because shares are contiguous and taken in order the sort stays stable, whatever the number of threads.
+// Counting sort: the serial one, with the particles cut into parts, one a thread. A thread counts the particles of its part; the sums
+// run over cells and, within a cell, over parts in order. So each thread knows where its particles of each cell go, and because parts are
+// contiguous and taken in order the sort stays stable, whatever the number of threads. A part has a histogram of all cells: where cells
+// are many and particles few there are fewer parts than threads, so that memory and work do not grow with threads x cells.
 //
 // Linked lists: the paper's. Threads push particles on per-cell lists, each under its cell's lock. What order a list ends up
 // in depends on who came first, so each cell's few particles are put back in their incoming order when it is emptied: the
@@ -14,6 +15,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/fluid/limits.h"
 #include "common/real.h"
 #include "common/simd.h"
 #include "openmp/share.h"
@@ -73,37 +75,41 @@ void fetch(const Vectors<Real>& old, const std::int32_t* from, const Share& mine
 }  // namespace
 
 void rebuild_grid_counting_sort(Grid<Real>& grid, Particles<Real>& particles, Particles<Real>& sorted) {
-  std::int32_t* const from = sorted.id.data();                   // from[k]: where particle k comes from; until the ids go there
-  std::vector<Array<std::int32_t>> next(omp_get_max_threads());  // next[t][c] is the next free place of cell c for thread t
+  std::int32_t* const from = sorted.id.data();  // from[k]: where particle k comes from; until the ids go there
+  const double histograms = histogram_entries(particles.count, grid.cells()) / grid.cells();
+  const int most_parts = static_cast<int>(std::min<double>(omp_get_max_threads(), histograms));
+  std::vector<Array<std::int32_t>> next(most_parts);  // next[t][c] is the next free place of cell c for part t
+  for (Array<std::int32_t>& histogram : next) histogram.reserve(grid.cells());  // the parallel region must not throw
   std::vector<std::int32_t> total(omp_get_max_threads() + 1);
 
-  // Each thread writes its own next[t], its own share of cell and cell_begin, and places of `sorted` that are its alone;
+  // Thread t writes next[t], its own share of total and cell_begin, and places of `sorted` that are its alone;
   // the barriers stand between one thread's writing and another's reading.
 #pragma omp parallel
   {
-    const int thread = omp_get_thread_num(), threads = omp_get_num_threads();
+    const int thread = omp_get_thread_num(), threads = omp_get_num_threads(), parts = std::min(threads, most_parts);
     const Share mine = my_share(particles.count), cells = my_share(grid.cells());
-    next[thread].assign(grid.cells(), 0);
-    std::int32_t* const my_next = next[thread].data();
-    for_each_cell(grid, particles.position, mine, [&](int, std::int32_t cell) { ++my_next[cell]; });
+    const Share part = thread < parts ? share(particles.count, thread, parts) : Share{0, 0};
+    if (thread < parts) next[thread].assign(grid.cells(), 0);
+    std::int32_t* const my_next = thread < parts ? next[thread].data() : nullptr;
+    for_each_cell(grid, particles.position, part, [&](int, std::int32_t cell) { ++my_next[cell]; });
 #pragma omp barrier
 
     // The sums within this thread's share of the cells, then what stands before that share.
     std::int32_t sum = 0;
     for (int c = cells.begin; c < cells.end; ++c)
-      for (int t = 0; t < threads; ++t) sum += std::exchange(next[t][c], sum);
+      for (int t = 0; t < parts; ++t) sum += std::exchange(next[t][c], sum);
     total[thread + 1] = sum;
 #pragma omp barrier
 #pragma omp single
     for (int t = 0; t < threads; ++t) total[t + 1] += total[t];
 
     for (int c = cells.begin; c < cells.end; ++c) {
-      for (int t = 0; t < threads; ++t) next[t][c] += total[thread];
+      for (int t = 0; t < parts; ++t) next[t][c] += total[thread];
       grid.cell_begin[c] = next[0][c];
     }
 #pragma omp barrier
 
-    for_each_cell(grid, particles.position, mine, [&](int i, std::int32_t cell) { from[my_next[cell]++] = i; });
+    for_each_cell(grid, particles.position, part, [&](int i, std::int32_t cell) { from[my_next[cell]++] = i; });
 #pragma omp barrier
 
     fetch(particles.position, from, mine, sorted.position);
