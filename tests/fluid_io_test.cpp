@@ -154,7 +154,7 @@ TEST(Memory, CountsWhatAFluidAllocates) {
   };
   const double allocated = bytes_of(fluid.particles) + bytes_of(fluid.sorted) +
                            bytes(fluid.density, fluid.acceleration.x, fluid.acceleration.y, fluid.acceleration.z) +
-                           bytes(fluid.grid.cell_begin) + bytes(fluid.neighbours.end, fluid.neighbours.record) +
+                           bytes(fluid.grid.cell_begin) + bytes(fluid.neighbours.end, fluid.neighbours.scratch) +
                            sizeof(std::int32_t) * histogram_entries(1000, fluid.grid.cells());
   EXPECT_LE(allocated, simulation_bytes<float>(1000, fluid.grid.cells()));
   EXPECT_GE(allocated, .95 * simulation_bytes<float>(1000, fluid.grid.cells()));

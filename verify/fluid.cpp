@@ -240,7 +240,7 @@ Case densities_case(const std::string& path, Densities<float>* twin, Densities<f
       .reset =
           [s] {
             Neighbours<float>& n = s->openmp_neighbours;
-            std::ranges::fill(s->openmp, left_over), std::ranges::fill(n.record, left_over), std::ranges::fill(n.end, 0);
+            std::ranges::fill(s->openmp, left_over), std::ranges::fill(n.scratch, left_over), std::ranges::fill(n.end, 0);
             for (auto& list : n.row) std::ranges::fill(list, 0);
             for (auto& list : n.plane) std::ranges::fill(list, 0);
             for (auto& list : n.distance_2) std::ranges::fill(list, left_over);
@@ -309,7 +309,7 @@ Case forces_case(const std::string& path, Densities<float>* lists, Forces<float>
       .reset =
           [s, count] {
             s->openmp = Vectors<float>(), s->openmp.resize(count);
-            std::ranges::fill(s->neighbours.record, left_over);
+            std::ranges::fill(s->neighbours.scratch, left_over);
           },
       .serial = with(twin, s->serial),
       .best_serial = twin == best ? nullptr : with(best, s->unused),

@@ -94,6 +94,14 @@ auto cell_coordinate(const Axis<Real>& axis, T p) {
   return to_int(min(max((p - T(axis.min)) * T(axis.cells_per_metre), T(Real(0))), T(Real(axis.cells - 1))));
 }
 
+// The index of the cell that holds the point p. Number is Real, or lanes of points.
+template <class Real, class Number>
+auto cell_of(const Grid<Real>& grid, const Vector3<Number>& p) {
+  using Index = decltype(cell_coordinate(grid.x, p.x));
+  const Index x = cell_coordinate(grid.x, p.x), y = cell_coordinate(grid.y, p.y), z = cell_coordinate(grid.z, p.z);
+  return (z * Index(grid.y.cells) + y) * Index(grid.x.cells) + x;
+}
+
 // The grid of a model's domain: as many cells as fit along each axis with cells at least h wide, one where h is wider than
 // the domain. Cells are kept wider than h by more than the rounding of a cell coordinate, so that it cannot separate
 // neighbours. cell_begin is allocated; rebuild_grid fills it.

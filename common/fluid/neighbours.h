@@ -12,20 +12,26 @@
 
 namespace lockstep::fluid {
 
-// A list of neighbours for every particle, itself not among them. Lists are kept a row of cells at a time, so that threads
-// may fill rows side by side: those of the row's first particle come first, and end[i] is where particle i's end. Behind the row's last
-// list stand at least sixteen more indices of any particles, for lanes that read beyond it. Owned.
+// A list of neighbours for every particle, without the particle itself. The lists of a row of cells stand one after another in one
+// array, in the order of the particles, so that threads may fill rows side by side. An array holds padded(its entries) elements; what
+// fills it up are indices of any particles. Owned.
 template <class Real>
 struct Neighbours {
   std::vector<Array<std::int32_t>> row;  // [row of cells z * grid.y.cells + y]: indices of particles, as they stand in the arrays
-  Array<std::int32_t> end;               // [particle]: into its row's array; the next particle's list begins there
-  Array<Real> record;                    // [8 particle + k]: scratch of openmp/, say where it wants a particle's numbers side by side
+  Array<std::int32_t> end;               // [particle]: where its list ends in the row's array; the next particle's begins there
+  Array<Real> scratch;                   // [8 padded(particles)]: of openmp/ within a call, kept so that it is allocated once
 
-  // Of the pair lists, where every pair stands once, in the list of the particle that comes first in cell order. Kept a plane of
-  // cells at a time, and end[i] then points into the plane's arrays, which go on for at least sixteen elements likewise.
+  // Of the pair lists, where every pair stands once, in the list of the particle that comes first in cell order: the lists of a plane of
+  // cells in one array, padded likewise, and end[i] is a place in the plane's array.
   std::vector<Array<std::int32_t>> plane;  // [z]: indices of particles
-  std::vector<Array<Real>> distance_2;     // [z]: how far the two are apart, m^2
+  std::vector<Array<Real>> distance_2;     // [z]: the squared distance of the pair, m^2
 };
+
+// Fills up an array of which all elements are entries.
+template <class T>
+void pad(Array<T>& list) {
+  list.resize(padded(list.size()));
+}
 
 template <class Real>
 Neighbours<Real> make_neighbours(const Grid<Real>& grid, int particles) {
@@ -34,7 +40,7 @@ Neighbours<Real> make_neighbours(const Grid<Real>& grid, int particles) {
   neighbours.plane.resize(grid.z.cells);
   neighbours.distance_2.resize(grid.z.cells);
   neighbours.end.resize(padded(particles));
-  neighbours.record.resize(8 * padded(particles));
+  neighbours.scratch.resize(8 * padded(particles));
   return neighbours;
 }
 

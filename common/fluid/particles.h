@@ -26,4 +26,25 @@ struct Particles {
   }
 };
 
+// Component by component: the vector of particle i, and what it is to be.
+template <class Real>
+inline Vector3<Real> at(const Vectors<Real>& vectors, int i) {
+  return {vectors.x[i], vectors.y[i], vectors.z[i]};
+}
+template <class Real>
+inline void put(Vectors<Real>& vectors, int i, const Vector3<Real>& vector) {
+  vectors.x[i] = vector.x;
+  vectors.y[i] = vector.y;
+  vectors.z[i] = vector.z;
+}
+
+// Particle k of `to` becomes particle i of `from`.
+template <class Real>
+inline void copy_particle(const Particles<Real>& from, int i, Particles<Real>& to, int k) {
+  to.id[k] = from.id[i];
+  put(to.position, k, at(from.position, i));
+  put(to.half_velocity, k, at(from.half_velocity, i));
+  put(to.velocity, k, at(from.velocity, i));
+}
+
 }  // namespace lockstep::fluid

@@ -34,9 +34,9 @@ struct Candidates {
   };
   Pointers pointers() const { return {x.data(), y.data(), z.data(), index.data(), count}; }
 
-  // Room for n, and for the vector that is written beyond them.
+  // Room for n, and for the vector that is written beyond them. The index grows last: where it has room, all have.
   void make_room(int n) {
-    if (x.size() >= padded(n)) return;
+    if (index.size() >= padded(n)) return;
     for (Array<float>* component : {&x, &y, &z, &sum}) component->resize(2 * padded(n));
     index.resize(2 * padded(n));
   }

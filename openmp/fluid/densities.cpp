@@ -28,9 +28,12 @@
 
 #include <algorithm>
 
+#include "common/fluid/pair.h"
 #include "common/real.h"
 #include "common/simd.h"
+#include "openmp/failure.h"
 #include "openmp/fluid/candidates.h"
+#include "openmp/fluid/lanes.h"
 #include "openmp/fluid/sub_grids.h"
 
 namespace lockstep::fluid::openmp {
@@ -43,44 +46,48 @@ void densities_symmetric(const Model<Real>& model, const Grid<Real>& grid, const
   const Real h2 = model.smoothing_length_2;
   const Vectors<Real>& p = particles.position;
   Locks locks(grid.cells());
+  Failure failure;
 
 #pragma omp parallel
   {
     // Every element is one thread's; the loop's barrier ends it before any pair is added.
 #pragma omp for simd schedule(static)
-    for (int i = 0; i < particles.count; ++i) density[i] = h2 * h2 * h2;  // each particle's own term
+    for (int i = 0; i < particles.count; ++i) density[i] = density_term(h2, Real(0));  // each particle's own term
 
     std::vector<floatv> sum;
     // Threads share no particle of a private cell; a shared cell's densities are read and written under its lock only.
 #pragma omp for schedule(static, 1)
     for (const SubGrid& sub_grid : sub_grids.sub_grid)
-      for (int z = sub_grid.z.begin; z < sub_grid.z.end; ++z)
-        for (int y = sub_grid.y.begin; y < sub_grid.y.end; ++y)
-          for (int x = sub_grid.x.begin; x < sub_grid.x.end; ++x) {
-            const Run own = row_run(grid, x, x, y, z);
-            if (own.begin == own.end) continue;
-            sum.assign(own.end - own.begin, 0.f);
-            forward_pieces(grid, sub_grids, x, y, z, [&](const Piece& piece) {
-              const Guard guard(locks, piece.lock);
-              for (int i = own.begin; i < own.end; ++i)
-                for (int j = std::max(piece.run.begin, i + 1); j < piece.run.end; j += lanes) {
-                  const maskv inside = first_lanes(piece.run.end - j);
-                  const floatv dx = p.x[i] - load(&p.x[j]), dy = p.y[i] - load(&p.y[j]), dz = p.z[i] - load(&p.z[j]);
-                  const floatv r2 = dx * dx + dy * dy + dz * dz;
-                  const maskv near = inside & (r2 < h2);
-                  const floatv t = select(near, h2 - r2, 0.f);
-                  sum[i - own.begin] += t * t * t;
-                  store(&density[j], load(&density[j], inside) + t * t * t, inside);
-                }
-            });
-            const int cell = grid.cell(x, y, z);
-            const Guard guard(locks, sub_grids.shared[cell] ? cell : Piece::no_lock);
-            for (int i = own.begin; i < own.end; ++i) density[i] += reduce_add(sum[i - own.begin]);
-          }
+      failure.guard([&] {
+        for (int z = sub_grid.z.begin; z < sub_grid.z.end; ++z)
+          for (int y = sub_grid.y.begin; y < sub_grid.y.end; ++y)
+            for (int x = sub_grid.x.begin; x < sub_grid.x.end; ++x) {
+              const Run own = row_run(grid, x, x, y, z);
+              if (own.begin == own.end) continue;
+              sum.assign(own.end - own.begin, 0.f);
+              forward_pieces(grid, sub_grids, x, y, z, [&](const Piece& piece) {
+                const Guard guard(locks, piece.lock);
+                for (int i = own.begin; i < own.end; ++i)
+                  for (int j = std::max(piece.run.begin, i + 1); j < piece.run.end; j += lanes) {
+                    const maskv inside = first_lanes(piece.run.end - j);
+                    const Vector3<floatv> dp = repeat_at(p, i) - lanes_at(p, j);
+                    const floatv r2 = dot(dp, dp);
+                    const maskv near = inside & (r2 < h2);
+                    const floatv term = select(near, density_term(h2, r2), 0.f);
+                    sum[i - own.begin] += term;
+                    store(&density[j], load(&density[j], inside) + term, inside);
+                  }
+              });
+              const int cell = grid.cell(x, y, z);
+              const Guard guard(locks, sub_grids.shared[cell] ? cell : Piece::no_lock);
+              for (int i = own.begin; i < own.end; ++i) density[i] += reduce_add(sum[i - own.begin]);
+            }
+      });
 
 #pragma omp for simd schedule(static)
     for (int i = 0; i < particles.count; ++i) density[i] *= model.density_coefficient;
   }
+  failure.rethrow();
 }
 
 // Room in a list for n neighbours, written a whole vector at a time; what it grows by is zero, the index of a particle there is.
@@ -105,15 +112,14 @@ int find_pairs(const Run own, Candidates& candidates, const Vectors<Real>& posit
   const Real *px = position.x.data(), *py = position.y.data(), *pz = position.z.data();
   for (int k = 0; k < count; k += lanes) store(sums + k, floatv(0.f));
   for (int i = own.begin; i < own.end; ++i) {
-    const floatv x_i = px[i], y_i = py[i], z_i = pz[i];
+    const Vector3<floatv> p_i = {px[i], py[i], pz[i]};
     floatv sum = 0;
     for (int k = 0; k < count; k += lanes) {
       const intv j = load(index + k);
-      const floatv dx = x_i - load(cx + k), dy = y_i - load(cy + k), dz = z_i - load(cz + k);
-      const floatv r2 = dx * dx + dy * dy + dz * dz;
+      const Vector3<floatv> dp = p_i - Vector3<floatv>{load(cx + k), load(cy + k), load(cz + k)};
+      const floatv r2 = dot(dp, dp);
       const maskv near = (r2 < h2) & (j > i);
-      const floatv t = select(near, h2 - r2, 0.f);
-      const floatv term = t * t * t;
+      const floatv term = select(near, density_term(h2, r2), 0.f);
       sum += term;
       store(sums + k, load(sums + k) + term);
       store(to.list + end, compress(near, j));
@@ -146,86 +152,91 @@ void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, co
   const int rows = grid.y.cells * grid.z.cells;
   require_lists_fit(grid);
 
+  Failure failure;
 #pragma omp parallel
   {
     Candidates candidates;
     // A row of cells writes the densities and the lists of its own particles alone. Rows differ in work, hence dynamic.
 #pragma omp for schedule(dynamic, 4)
-    for (int row = 0; row < rows; ++row) {
-      const int y = row % grid.y.cells, z = row / grid.y.cells;
-      Array<std::int32_t>& list = neighbours.row[row];
-      int end = 0;
-      make_room(list, 0);
-      for (int x = 0; x < grid.x.cells; ++x) {
-        const Run own = row_run(grid, x, x, y, z);
-        if (own.begin == own.end) continue;
-        candidates.pack(neighbour_runs(grid, x, y, z), p);
-        // Held in registers: to the compiler, the stores below could change what arrays and lists point to.
-        const auto [cx, cy, cz, index, count] = candidates.pointers();
-        for (int i = own.begin; i < own.end; ++i) {
-          make_room(list, end + count);
-          std::int32_t* const to = list.data();
-          const floatv x_i = p.x[i], y_i = p.y[i], z_i = p.z[i];
-          floatv sum = 0;
-          for (int k = 0; k < count; k += lanes) {
-            const intv j = load(index + k);
-            const floatv dx = x_i - load(cx + k), dy = y_i - load(cy + k), dz = z_i - load(cz + k);
-            const floatv r2 = dx * dx + dy * dy + dz * dz;
-            const floatv t = max(h2 - r2, 0.f);  // beyond h and nowhere: 0; i itself adds its own term, h^6
-            sum += t * t * t;
-            const maskv near = (r2 < h2) & (j != i);
-            store(to + end, compress(near, j));
-            end += lockstep::count(near);
+    for (int row = 0; row < rows; ++row)
+      failure.guard([&] {
+        const int y = row % grid.y.cells, z = row / grid.y.cells;
+        Array<std::int32_t>& list = neighbours.row[row];
+        int end = 0;
+        make_room(list, 0);
+        for (int x = 0; x < grid.x.cells; ++x) {
+          const Run own = row_run(grid, x, x, y, z);
+          if (own.begin == own.end) continue;
+          candidates.pack(neighbour_runs(grid, x, y, z), p);
+          // Held in registers: to the compiler, the stores below could change what arrays and lists point to.
+          const auto [cx, cy, cz, index, count] = candidates.pointers();
+          for (int i = own.begin; i < own.end; ++i) {
+            make_room(list, std::size_t(end) + count);
+            std::int32_t* const to = list.data();
+            const Vector3<floatv> p_i = repeat_at(p, i);
+            floatv sum = 0;
+            for (int k = 0; k < count; k += lanes) {
+              const intv j = load(index + k);
+              const Vector3<floatv> dp = p_i - Vector3<floatv>{load(cx + k), load(cy + k), load(cz + k)};
+              const floatv r2 = dot(dp, dp);
+              sum += select(r2 < h2, density_term(h2, r2), 0.f);  // of i itself, too: its own term
+              const maskv near = (r2 < h2) & (j != i);
+              store(to + end, compress(near, j));
+              end += lockstep::count(near);
+            }
+            neighbours.end[i] = end;
+            density[i] = reduce_add(sum) * model.density_coefficient;
           }
-          neighbours.end[i] = end;
-          density[i] = reduce_add(sum) * model.density_coefficient;
         }
-      }
-    }
+      });
   }
+  failure.rethrow();
 }
 
 void densities_pair_lists(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>& neighbours,
                           std::span<Real> density) {
   const Real h2 = model.smoothing_length_2;
-  Real* const reaction = neighbours.record.data();
+  Real* const reaction = neighbours.scratch.data();
   require_lists_fit(grid);
 
+  Failure failure;
 #pragma omp parallel
   {
     Candidates candidates;
     Array<Real> sums;
     // A plane writes the lists and the densities of its own particles and the reaction of the next plane's, and no other does.
 #pragma omp for schedule(dynamic)
-    for (int z = 0; z < grid.z.cells; ++z) {
-      const Run own = plane_run(grid, z, z), both = plane_run(grid, z, z + 1);
-      sums.assign(padded(both.end - both.begin), 0);
-      Array<std::int32_t>& list = neighbours.plane[z];
-      Array<Real>& distance_2 = neighbours.distance_2[z];
-      int end = 0;
-      make_room(list, 0);
-      make_room(distance_2, 0);
-      for (int y = 0; y < grid.y.cells; ++y)
-        for (int x = 0; x < grid.x.cells; x += block_cells) {
-          const int x_last = x + block_cells - 1;
-          const Run block = row_run(grid, x, x_last, y, z);
-          if (block.begin == block.end) continue;
-          candidates.pack_near(block, forward_runs(grid, x, x_last, y, z), particles.position, h2);
-          const std::size_t room = end + std::size_t(block.end - block.begin) * candidates.count;
-          make_room(list, room);
-          make_room(distance_2, room);
-          const Lists lists = {list.data(), distance_2.data(), neighbours.end.data()};
-          end = find_pairs(block, candidates, particles.position, h2, lists, end, sums.data() - both.begin);
-        }
-      std::copy_n(sums.begin(), own.end - own.begin, density.begin() + own.begin);
-      std::copy(sums.begin() + (own.end - own.begin), sums.begin() + (both.end - both.begin), reaction + own.end);
-      if (z == 0) std::fill(reaction, reaction + own.end, 0.f);
-    }
+    for (int z = 0; z < grid.z.cells; ++z)
+      failure.guard([&] {
+        const Run own = plane_run(grid, z, z), both = plane_run(grid, z, z + 1);
+        sums.assign(padded(both.end - both.begin), 0);
+        Array<std::int32_t>& list = neighbours.plane[z];
+        Array<Real>& distance_2 = neighbours.distance_2[z];
+        int end = 0;
+        make_room(list, 0);
+        make_room(distance_2, 0);
+        for (int y = 0; y < grid.y.cells; ++y)
+          for (int x = 0; x < grid.x.cells; x += block_cells) {
+            const int x_last = x + block_cells - 1;
+            const Run block = row_run(grid, x, x_last, y, z);
+            if (block.begin == block.end) continue;
+            candidates.pack_near(block, forward_runs(grid, x, x_last, y, z), particles.position, h2);
+            const std::size_t room = end + std::size_t(block.end - block.begin) * candidates.count;
+            make_room(list, room);
+            make_room(distance_2, room);
+            const Lists lists = {list.data(), distance_2.data(), neighbours.end.data()};
+            end = find_pairs(block, candidates, particles.position, h2, lists, end, sums.data() - both.begin);
+          }
+        std::copy_n(sums.begin(), own.end - own.begin, density.begin() + own.begin);
+        std::copy(sums.begin() + (own.end - own.begin), sums.begin() + (both.end - both.begin), reaction + own.end);
+        if (z == 0) std::fill(reaction, reaction + own.end, 0.f);
+      });
 
     // Every element is one thread's.
 #pragma omp for simd schedule(static)
-    for (int i = 0; i < particles.count; ++i) density[i] = (h2 * h2 * h2 + density[i] + reaction[i]) * model.density_coefficient;
+    for (int i = 0; i < particles.count; ++i) density[i] = (density_term(h2, Real(0)) + density[i] + reaction[i]) * model.density_coefficient;
   }
+  failure.rethrow();
 }
 
 }  // namespace lockstep::fluid::openmp

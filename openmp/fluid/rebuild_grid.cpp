@@ -18,6 +18,7 @@
 #include "common/fluid/limits.h"
 #include "common/real.h"
 #include "common/simd.h"
+#include "openmp/fluid/lanes.h"
 #include "openmp/share.h"
 
 namespace lockstep::fluid::openmp {
@@ -26,25 +27,7 @@ namespace {
 using namespace lockstep::openmp;
 
 // The cells of particles i .. i + 15. Lanes beyond the last particle answer some cell of the grid.
-intv cell_of(const Grid<Real>& grid, const Vectors<Real>& position, int i) {
-  const intv x = cell_coordinate(grid.x, load(&position.x[i]));
-  const intv y = cell_coordinate(grid.y, load(&position.y[i]));
-  const intv z = cell_coordinate(grid.z, load(&position.z[i]));
-  return (z * intv(grid.y.cells) + y) * intv(grid.x.cells) + x;
-}
-
-void move(const Vectors<Real>& from, int i, Vectors<Real>& to, int k) {
-  to.x[k] = from.x[i];
-  to.y[k] = from.y[i];
-  to.z[k] = from.z[i];
-}
-
-void move(const Particles<Real>& from, int i, Particles<Real>& to, int k) {
-  to.id[k] = from.id[i];
-  move(from.position, i, to.position, k);
-  move(from.half_velocity, i, to.half_velocity, k);
-  move(from.velocity, i, to.velocity, k);
-}
+intv cell_of(const Grid<Real>& grid, const Vectors<Real>& position, int i) { return cell_of(grid, lanes_at(position, i)); }
 
 // Calls visit(i, cell of i) for the particles of a share, whose cells are computed some vectors at a time.
 template <class Visit>
@@ -149,7 +132,7 @@ void rebuild_grid_linked_lists(Grid<Real>& grid, Particles<Real>& particles, Par
     int k = begin;
     for (int i = head[c]; i != none; i = next[i]) order[k++] = i;
     std::sort(order.begin() + begin, order.begin() + end);
-    for (k = begin; k < end; ++k) move(particles, order[k], sorted, k);
+    for (k = begin; k < end; ++k) copy_particle(particles, order[k], sorted, k);
   }
   std::swap(particles, sorted);
 }

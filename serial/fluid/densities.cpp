@@ -16,6 +16,7 @@
 
 #include <algorithm>
 
+#include "common/fluid/pair.h"
 #include "common/real.h"
 
 namespace lockstep::fluid::serial {
@@ -24,7 +25,7 @@ void densities_symmetric(const Model<Real>& model, const Grid<Real>& grid, const
                          std::span<Real> density) {
   const Real h2 = model.smoothing_length_2;
   const Vectors<Real>& p = particles.position;
-  std::fill(density.begin(), density.end(), h2 * h2 * h2);  // each particle's own term
+  std::fill(density.begin(), density.end(), density_term(h2, Real(0)));  // each particle's own term
 
   for (int z = 0; z < grid.z.cells; ++z)
     for (int y = 0; y < grid.y.cells; ++y)
@@ -35,12 +36,12 @@ void densities_symmetric(const Model<Real>& model, const Grid<Real>& grid, const
           Real sum = density[i];
           for (const Run& run : forward)
             for (int j = std::max(run.begin, i + 1); j < run.end; ++j) {
-              const Real dx = p.x[i] - p.x[j], dy = p.y[i] - p.y[j], dz = p.z[i] - p.z[j];
-              const Real r2 = dx * dx + dy * dy + dz * dz;
+              const Vector3<Real> dp = at(p, i) - at(p, j);
+              const Real r2 = dot(dp, dp);
               if (r2 < h2) {
-                const Real t = h2 - r2;
-                sum += t * t * t;
-                density[j] += t * t * t;
+                const Real term = density_term(h2, r2);
+                sum += term;
+                density[j] += term;
               }
             }
           density[i] = sum;
@@ -65,14 +66,13 @@ void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, co
       const Run own = row_run(grid, x, x, y, z);
       const Runs candidates = neighbour_runs(grid, x, y, z);
       for (int i = own.begin; i < own.end; ++i) {
-        Real sum = h2 * h2 * h2;  // the particle's own term
+        Real sum = density_term(h2, Real(0));  // the particle's own term
         for (const Run& run : candidates)
           for (int j = run.begin; j < run.end; ++j) {
-            const Real dx = p.x[i] - p.x[j], dy = p.y[i] - p.y[j], dz = p.z[i] - p.z[j];
-            const Real r2 = dx * dx + dy * dy + dz * dz;
+            const Vector3<Real> dp = at(p, i) - at(p, j);
+            const Real r2 = dot(dp, dp);
             if (r2 < h2 && j != i) {
-              const Real t = h2 - r2;
-              sum += t * t * t;
+              sum += density_term(h2, r2);
               list.push_back(j);
             }
           }
@@ -80,7 +80,7 @@ void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, co
         density[i] = sum * model.density_coefficient;
       }
     }
-    list.resize(list.size() + 16, 0);  // for lanes that read beyond the last list
+    pad(list);
   }
 }
 
@@ -89,7 +89,7 @@ void densities_pair_lists(const Model<Real>& model, const Grid<Real>& grid, cons
   const Real h2 = model.smoothing_length_2;
   const Vectors<Real>& p = particles.position;
   require_lists_fit(grid);
-  std::fill(density.begin(), density.end(), h2 * h2 * h2);  // each particle's own term
+  std::fill(density.begin(), density.end(), density_term(h2, Real(0)));  // each particle's own term
 
   for (int z = 0; z < grid.z.cells; ++z) {
     Array<std::int32_t>& list = neighbours.plane[z];
@@ -104,12 +104,12 @@ void densities_pair_lists(const Model<Real>& model, const Grid<Real>& grid, cons
           Real sum = density[i];
           for (const Run& run : forward)
             for (int j = std::max(run.begin, i + 1); j < run.end; ++j) {
-              const Real dx = p.x[i] - p.x[j], dy = p.y[i] - p.y[j], dz = p.z[i] - p.z[j];
-              const Real r2 = dx * dx + dy * dy + dz * dz;
+              const Vector3<Real> dp = at(p, i) - at(p, j);
+              const Real r2 = dot(dp, dp);
               if (r2 < h2) {
-                const Real t = h2 - r2;
-                sum += t * t * t;
-                density[j] += t * t * t;
+                const Real term = density_term(h2, r2);
+                sum += term;
+                density[j] += term;
                 list.push_back(j);
                 distance_2.push_back(r2);
               }
@@ -118,8 +118,8 @@ void densities_pair_lists(const Model<Real>& model, const Grid<Real>& grid, cons
           density[i] = sum;
         }
       }
-    list.resize(list.size() + 16, 0);  // for lanes that read beyond the last list
-    distance_2.resize(list.size(), 0);
+    pad(list);
+    pad(distance_2);
   }
 
   for (int i = 0; i < particles.count; ++i) density[i] *= model.density_coefficient;

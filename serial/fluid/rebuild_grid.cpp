@@ -1,6 +1,6 @@
 // Puts the particles in cell order by a counting sort.
 //
-// Three passes: count the particles of each cell; sum the counts, so that every cell knows where its run begins; move each
+// Three passes: count the particles of each cell; sum the counts, so that every cell knows where its run begins; copy each
 // particle to the next free place of its cell's run. Walking the particles in the order they came in makes the sort stable,
 // which fixes the order within a cell and with it every later sum. Cost is linear in particles and cells, and since particles
 // move little in a frame the moves are nearly sequential.
@@ -16,22 +16,7 @@
 namespace lockstep::fluid::serial {
 namespace {
 
-int cell_of(const Grid<Real>& grid, const Vectors<Real>& position, int i) {
-  return grid.cell(cell_coordinate(grid.x, position.x[i]), cell_coordinate(grid.y, position.y[i]), cell_coordinate(grid.z, position.z[i]));
-}
-
-void move(const Vectors<Real>& from, int i, Vectors<Real>& to, int k) {
-  to.x[k] = from.x[i];
-  to.y[k] = from.y[i];
-  to.z[k] = from.z[i];
-}
-
-void move(const Particles<Real>& from, int i, Particles<Real>& to, int k) {
-  to.id[k] = from.id[i];
-  move(from.position, i, to.position, k);
-  move(from.half_velocity, i, to.half_velocity, k);
-  move(from.velocity, i, to.velocity, k);
-}
+int cell_of(const Grid<Real>& grid, const Vectors<Real>& position, int i) { return cell_of(grid, at(position, i)); }
 
 }  // namespace
 
@@ -43,7 +28,7 @@ void rebuild_grid(Grid<Real>& grid, Particles<Real>& particles, Particles<Real>&
 
   // next[c] is the next free place of cell c.
   Array<std::int32_t> next(grid.cell_begin.begin(), grid.cell_begin.end());
-  for (int i = 0; i < particles.count; ++i) move(particles, i, sorted, next[cell_of(grid, particles.position, i)]++);
+  for (int i = 0; i < particles.count; ++i) copy_particle(particles, i, sorted, next[cell_of(grid, particles.position, i)]++);
   std::swap(particles, sorted);
 }
 
