@@ -114,6 +114,7 @@ maskv operator&(maskv a, maskv b);
 maskv operator|(maskv a, maskv b);
 maskv operator^(maskv a, maskv b);
 maskv operator~(maskv a);
+maskv operator!(maskv a);        // the same, under the name that bool has for it
 std::uint32_t bits(maskv mask);  // bit l is lane l; bits 16 and up are 0
 bool any(maskv mask);
 bool all(maskv mask);
@@ -170,6 +171,8 @@ LOCKSTEP_INLINE maskv operator>(floatv a, floatv b) { return b < a; }
 LOCKSTEP_INLINE maskv operator>=(floatv a, floatv b) { return b <= a; }
 LOCKSTEP_INLINE maskv operator>(intv a, intv b) { return b < a; }
 LOCKSTEP_INLINE maskv operator>=(intv a, intv b) { return b <= a; }
+
+LOCKSTEP_INLINE maskv operator!(maskv a) { return ~a; }
 
 LOCKSTEP_INLINE bool any(maskv mask) { return bits(mask) != 0; }
 LOCKSTEP_INLINE bool all(maskv mask) { return bits(mask) == 0xffff; }
