@@ -43,6 +43,7 @@ struct Collided {
   Array<Pose<Real>> pose;
   Pairs pairs;
   std::vector<Simplex> simplex;
+  std::vector<SeparatingAxis<Real>> axis;
   std::vector<Manifold<Real>> manifold;
 
   Collided(const Cases& cases, bool turned_round = false) : world(convert<Real>(cases.world)) {
@@ -50,11 +51,18 @@ struct Collided {
       pose.push_back({{Real(p.x), Real(p.y), Real(p.z)}, {Real(q.x), Real(q.y), Real(q.z), Real(q.w)}, 0});
     for (int k = 0; k + 1 < static_cast<int>(pose.size()); k += 2) pairs.push_back(turned_round ? Pair{k + 1, k} : Pair{k, k + 1});
     simplex.resize(pairs.size());
+    axis.resize(pairs.size());
     manifold.resize(pairs.size());
   }
   Placed<Real> placed() const { return {world.colliders, world.hulls, pose}; }
-  void serial(Real margin) { serial::convexes(placed(), pairs, margin, simplex, manifold); }
-  void openmp(Real margin) { openmp::convexes(placed(), pairs, margin, simplex, manifold); }
+  void run(Gjk<Real>& gjk, ConvexAxes<Real>& convex_axes, ConvexClip<Real>& convex_clip, Real margin) {
+    std::vector<Closest<Real>> closest(pairs.size());
+    gjk(placed(), pairs, simplex, closest);
+    convex_axes(placed(), pairs, simplex, closest, margin, axis);
+    convex_clip(placed(), pairs, axis, margin, manifold);
+  }
+  void serial(Real margin) { run(serial::gjk, serial::convex_axes, serial::convex_clip, margin); }
+  void openmp(Real margin) { run(openmp::gjk, openmp::convex_axes, openmp::convex_clip, margin); }
   ExactShape a(int k) const { return exact_collider(placed(), pairs[k].a); }
   ExactShape b(int k) const { return exact_collider(placed(), pairs[k].b); }
   double deepest(int k) const {
@@ -468,6 +476,22 @@ TEST(Convexes, LanesHaveTheBitsOfTheSerialCode) {
         }
       }
     }
+  }
+}
+
+// A pose of NaN, of a pair that is said to be near: the axis is NaN, and that is all.
+TEST(Convexes, NaNEnds) {
+  Random random;
+  Cases cases;
+  const int hull = random_hull(cases.world.hulls, random, 40, {1, 1, 1});
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  cases.hull(hull, at({nan, nan, nan})), cases.hull(hull, at_rest);
+  cases.hull(hull, {{0, 0, 0}, {nan, 0, 0, 1}, 0}), cases.hull(hull, at_rest);
+  Collided<float> run(cases);
+  const std::vector<Closest<float>> near(run.pairs.size(), {{0, 0, 0}, {0, 0, 0}, 0, 1});
+  for (ConvexAxes<float>* convex_axes : {serial::convex_axes, openmp::convex_axes}) {
+    (*convex_axes)(run.placed(), run.pairs, run.simplex, near, .01f, run.axis);
+    for (const SeparatingAxis<float>& axis : run.axis) EXPECT_FALSE(axis.separation >= 0) << axis.separation;
   }
 }
 

@@ -223,11 +223,11 @@ struct Answer {
   std::vector<Simplex> simplex;
 };
 template <class Real>
-Answer<Real> run(ClosestPoints<Real>& closest_points, const Placed<Real>& placed, std::span<const Pair> pairs,
+Answer<Real> run(Gjk<Real>& gjk, const Placed<Real>& placed, std::span<const Pair> pairs,
                  std::vector<Simplex> start = {}) {
   start.resize(pairs.size());
   std::vector<Closest<Real>> closest(pairs.size());
-  closest_points(placed, pairs, start, closest);
+  gjk(placed, pairs, start, closest);
   return {std::move(closest), std::move(start)};
 }
 
@@ -249,7 +249,7 @@ void expect_closest(const Shapes& shapes, double distance, const Vector* on_a = 
   const Rounded<Real> rounded = round_shapes<Real>(shapes);
   const Pair pair = {0, 1};
   const double bound = good * unit_roundoff<Real> * measure(rounded.placed(), pair);
-  const Closest<Real> c = run<Real>(serial::closest_points, rounded.placed(), std::span(&pair, 1)).closest[0];
+  const Closest<Real> c = run<Real>(serial::gjk, rounded.placed(), std::span(&pair, 1)).closest[0];
   EXPECT_NEAR(c.distance, distance, bound);
   EXPECT_NEAR(length(in_double(c.on_b) - in_double(c.on_a)), c.distance, bound);
   if (on_a) {
@@ -323,7 +323,7 @@ void expect_exact(int pairs) {
   const Scene scene = faced_kinds(random, pairs);
   const Rounded<Real> rounded = round_shapes<Real>(scene.shapes);
   const Placed<Real> placed = rounded.placed();
-  const Answer<Real> answer = run<Real>(serial::closest_points, placed, scene.pairs);
+  const Answer<Real> answer = run<Real>(serial::gjk, placed, scene.pairs);
   int apart = 0;
   for (int k = 0; k < pairs; ++k) {
     const Pair& pair = scene.pairs[k];
@@ -401,9 +401,9 @@ TEST(Gjk, YesOrNoOverAMillionPairs) {
     const Scene scene = all_kinds(random, at_a_time);
     const Rounded<float> rounded(scene.shapes);
     const Placed<float> placed = rounded.placed();
-    const Answer<float> answer = run<float>(openmp::closest_points, placed, scene.pairs);
+    const Answer<float> answer = run<float>(openmp::gjk, placed, scene.pairs);
     const Rounded<double> unrounded(scene.shapes);
-    const auto in_truth = run<double>(serial::closest_points, unrounded.placed(), scene.pairs).closest;
+    const auto in_truth = run<double>(serial::gjk, unrounded.placed(), scene.pairs).closest;
     for (int k = 0; k < at_a_time; ++k) {
       const Pair& pair = scene.pairs[k];
       const Closest<float>& c = answer.closest[k];
@@ -441,8 +441,8 @@ TEST(Gjk, TurnedRoundTheDistanceIsTheSame) {
   const Rounded<float> rounded(scene.shapes);
   Pairs turned = scene.pairs;
   for (Pair& pair : turned) std::swap(pair.a, pair.b);
-  const auto there = run<float>(serial::closest_points, rounded.placed(), scene.pairs).closest;
-  const auto back = run<float>(serial::closest_points, rounded.placed(), turned).closest;
+  const auto there = run<float>(serial::gjk, rounded.placed(), scene.pairs).closest;
+  const auto back = run<float>(serial::gjk, rounded.placed(), turned).closest;
   for (std::size_t k = 0; k < turned.size(); ++k)
     ASSERT_NEAR(there[k].distance, back[k].distance,
                 2 * (scene.has_thin(turned[k]) ? thin_good : good) * unit_roundoff<float> * measure(rounded.placed(), turned[k]))
@@ -454,11 +454,11 @@ TEST(Gjk, AnyStartGivesTheSameDistance) {
   const Scene scene = all_kinds(random, 200'000);
   const Rounded<float> rounded(scene.shapes);
   const Placed<float> placed = rounded.placed();
-  const auto [cold, known] = run<float>(serial::closest_points, placed, scene.pairs);
-  const auto [warm, known_too] = run<float>(serial::closest_points, placed, scene.pairs, known);
+  const auto [cold, known] = run<float>(serial::gjk, placed, scene.pairs);
+  const auto [warm, known_too] = run<float>(serial::gjk, placed, scene.pairs, known);
   std::vector<Simplex> garbage(scene.pairs.size());
   for (std::size_t k = 0; k < garbage.size(); ++k) garbage[k] = any_simplex(random, placed, scene.pairs[k]);
-  const auto [any, known_as_well] = run<float>(serial::closest_points, placed, scene.pairs, garbage);
+  const auto [any, known_as_well] = run<float>(serial::gjk, placed, scene.pairs, garbage);
   int looks = 0;
   for (std::size_t k = 0; k < garbage.size(); ++k) {
     const Pair& pair = scene.pairs[k];
@@ -486,8 +486,8 @@ TEST(Gjk, NeverNan) {
       scene.pair(a, add((any_below(random, 4) * scale) * any_direction(random)));
     }
     const Rounded<float> rounded(scene.shapes);
-    for (ClosestPoints<float>* closest_points : {serial::closest_points, openmp::closest_points})
-      for (const Closest<float>& c : run<float>(*closest_points, rounded.placed(), scene.pairs).closest) {
+    for (Gjk<float>* gjk : {serial::gjk, openmp::gjk})
+      for (const Closest<float>& c : run<float>(*gjk, rounded.placed(), scene.pairs).closest) {
         ASSERT_GE(c.distance, 0) << scale;
         ASSERT_TRUE(std::isfinite(length(in_double(c.on_a)) + length(in_double(c.on_b)) + c.distance)) << scale;
         ASSERT_LE(c.distance, 5 * scale);
@@ -507,13 +507,13 @@ TEST(Gjk, BothVersionsHaveTheSameBits) {
   const int threads_before = omp_get_max_threads();
   for (const std::size_t count : {0, 1, 15, 16, 17, 513, 6000}) {
     const std::span pairs = std::span(scene.pairs).first(count);
-    const std::vector<Simplex> warm = run<float>(serial::closest_points, placed, pairs).simplex;
+    const std::vector<Simplex> warm = run<float>(serial::gjk, placed, pairs).simplex;
     for (const std::vector<Simplex>& start : {cold, garbage, warm}) {
       const std::vector<Simplex> from(start.begin(), start.begin() + count);
-      const Answer<float> expected = run<float>(serial::closest_points, placed, pairs, from);
+      const Answer<float> expected = run<float>(serial::gjk, placed, pairs, from);
       for (const int threads : {1, 2, 3, 8}) {
         omp_set_num_threads(threads);
-        const Answer<float> answer = run<float>(openmp::closest_points, placed, pairs, from);
+        const Answer<float> answer = run<float>(openmp::gjk, placed, pairs, from);
         for (std::size_t k = 0; k < count; ++k) {
           ASSERT_EQ(std::memcmp(&answer.closest[k], &expected.closest[k], sizeof(Closest<float>)), 0)
               << count << " pairs, " << threads << " threads, pair " << k << ": " << answer.closest[k].distance << " against "

@@ -69,7 +69,11 @@ Array<Manifold<float>> pair_by_pair(const Placed<float>& placed, const Pairs& pa
       const auto found = last.find(pair);
       std::vector<Simplex> simplex(1);
       if (found != last.end()) simplex[0] = found->second;
-      serial::convexes(placed, one, margin, simplex, manifold);
+      std::vector<Closest<float>> closest(1);
+      std::vector<SeparatingAxis<float>> axis(1);
+      serial::gjk(placed, one, simplex, closest);
+      serial::convex_axes(placed, one, simplex, closest, margin, axis);
+      serial::convex_clip(placed, one, axis, margin, manifold);
       ended[pair] = simplex[0];
     } else if (a == Kind::box && b == Kind::box) {
       serial::box_box(placed, one, margin, manifold);

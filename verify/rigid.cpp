@@ -84,6 +84,15 @@ Words words_of(std::span<const Closest<float>> closest) {
   return words;
 }
 
+Words words_of(std::span<const SeparatingAxis<float>> axes) {
+  Words words{{}, record_name("axis", 11)};
+  for (const SeparatingAxis<float>& axis : axes) {
+    words.add(axis.normal), words.add(axis.separation), words.add(axis.middle);
+    words.add(axis.cosine_a), words.add(axis.cosine_b), words.add(axis.face_a), words.add(axis.face_b);
+  }
+  return words;
+}
+
 Words words_of(const Bodies<float>& bodies) {
   Words words{{}, record_name("body", 13)};
   for (int i = 0; i < bodies.count; ++i) {
@@ -352,7 +361,7 @@ Case collide_case(const std::string& path, KernelBins kernel, Collide<float>* se
                              {n, "pairs", n * (2 * bytes_of_pose + bytes_of_manifold), n * flops, lane_use});
 }
 
-// The lanes at work in the looks of closest_points, whose blocks end when few are left: replayed with as many looks as each pair took. The
+// The lanes at work in the looks of gjk, whose blocks end when few are left: replayed with as many looks as each pair took. The
 // first look of a pair without a simplex goes without the loop.
 double lane_use_of_looks(const Placed<float>& placed, std::span<const Pair> pairs, std::span<const Closest<float>> closest, bool warm) {
   double used = 0, there = 0;
@@ -375,47 +384,85 @@ double lane_use_of_looks(const Placed<float>& placed, std::span<const Pair> pair
   return there > 0 ? used / there : 0;
 }
 
-// From the simplices of the step before, or from nothing.
-struct Convexes {
+std::shared_ptr<const Pairs> convex_pairs(const Inputs& in) { return std::make_shared<const Pairs>(pairs_for(in, for_convexes)); }
+
+// Where GJK starts: from the simplices of the step before, or from nothing.
+std::vector<Simplex> first_simplices(const Inputs& in, const Pairs& pairs, bool warm) {
+  std::vector<Simplex> simplex(pairs.size(), Simplex{});
+  for (std::size_t k = 0; warm && k < pairs.size(); ++k) {
+    const Pairs& known = in.last.narrow_phase.pairs;
+    const auto at = std::ranges::lower_bound(known, pairs[k]);
+    if (at != known.end() && *at == pairs[k]) simplex[k] = in.last.narrow_phase.simplex[at - known.begin()];
+  }
+  return simplex;
+}
+
+// What GJK makes of pairs.
+struct Distances {
   std::vector<Simplex> simplex;
   Array<Closest<float>> closest;
-  Array<Manifold<float>> manifolds;
 };
+Distances serial_distances(const Inputs& in, const Pairs& pairs, bool warm) {
+  Distances result = {first_simplices(in, pairs, warm), Array<Closest<float>>(padded(pairs.size()))};
+  serial::gjk(in.placed(), pairs, result.simplex, {result.closest.data(), pairs.size()});
+  return result;
+}
 
-Case convexes_case(const std::string& path, bool distance_alone, bool warm) {
+Case gjk_case(const std::string& path, bool warm) {
   const Shared in = inputs(path);
-  const auto pairs = std::make_shared<const Pairs>(pairs_for(*in, for_convexes));
-  Convexes start{std::vector<Simplex>(pairs->size(), Simplex{}), {}, {}};
-  for (std::size_t k = 0; warm && k < pairs->size(); ++k) {
-    const Pairs& known = in->last.narrow_phase.pairs;
-    const auto at = std::ranges::lower_bound(known, (*pairs)[k]);
-    if (at != known.end() && *at == (*pairs)[k]) start.simplex[k] = in->last.narrow_phase.simplex[at - known.begin()];
-  }
-  start.closest.resize(padded(pairs->size()), {{0, 0, 0}, {0, 0, 0}, -1, -1}), start.manifolds = unwritten_manifolds(pairs->size());
-  const auto with = [=](ClosestPoints<float>* closest_points, CollideConvexes<float>* convexes) {
-    return [=](Convexes& s) {
-      if (distance_alone)
-        closest_points(in->placed(), *pairs, s.simplex, {s.closest.data(), pairs->size()});
-      else
-        convexes(in->placed(), *pairs, static_cast<float>(in->settings.margin), s.simplex, {s.manifolds.data(), pairs->size()});
+  const auto pairs = convex_pairs(*in);
+  const auto with = [=](Gjk<float>* gjk) {
+    return [=](Distances& s) { gjk(in->placed(), *pairs, s.simplex, {s.closest.data(), pairs->size()}); };
+  };
+  Distances start = {first_simplices(*in, *pairs, warm), {}};
+  start.closest.resize(padded(pairs->size()), {{0, 0, 0}, {0, 0, 0}, -1, -1});
+  const double n = static_cast<double>(pairs->size());
+  const double lane_use = lane_use_of_looks(in->placed(), *pairs, serial_distances(*in, *pairs, warm).closest, warm);
+  return bitwise_case<Distances>(
+      start, with(serial::gjk), with(openmp::gjk),
+      [=](const Distances& s) {
+        return both(words_of(std::span<const Closest<float>>(s.closest.data(), pairs->size())), words_of(s.simplex));
+      },
+      {n, "pairs", n * (2 * bytes_of_pose + sizeof(Closest<float>)), n * 2000, lane_use});
+}
+
+using Axes = Array<SeparatingAxis<float>>;
+
+Case convex_axes_case(const std::string& path) {
+  const Shared in = inputs(path);
+  const auto pairs = convex_pairs(*in);
+  const auto known = std::make_shared<const Distances>(serial_distances(*in, *pairs, true));
+  const auto with = [=](ConvexAxes<float>* convex_axes) {
+    return [=](Axes& axes) {
+      convex_axes(in->placed(), *pairs, known->simplex, {known->closest.data(), pairs->size()}, static_cast<float>(in->settings.margin),
+                  {axes.data(), pairs->size()});
     };
   };
   const double n = static_cast<double>(pairs->size());
-  double lane_use = 0;
-  if (distance_alone) {
-    Convexes there = start;
-    with(serial::closest_points, serial::convexes)(there);
-    lane_use = lane_use_of_looks(in->placed(), *pairs, there.closest, warm);
-  }
-  return bitwise_case<Convexes>(
-      start, with(serial::closest_points, serial::convexes), with(openmp::closest_points, openmp::convexes),
-      [=](const Convexes& s) -> Words {
-        const std::size_t count = pairs->size();
-        const Words simplices = words_of(s.simplex);
-        if (distance_alone) return both(words_of(std::span<const Closest<float>>(s.closest.data(), count)), simplices);
-        return both(words_of(std::span<const Manifold<float>>(s.manifolds.data(), count)), simplices);
-      },
-      {n, "pairs", n * (2 * bytes_of_pose + (distance_alone ? sizeof(Closest<float>) : bytes_of_manifold)), n * 2000, lane_use});
+  const SeparatingAxis<float> unwritten = {{-1, -1, -1}, -1, {-1, -1, -1}, -1, -1, -1, -1, {}};
+  return bitwise_case<Axes>(
+      Axes(padded(pairs->size()), unwritten), with(serial::convex_axes), with(openmp::convex_axes),
+      [=](const Axes& axes) { return words_of(std::span<const SeparatingAxis<float>>(axes.data(), pairs->size())); },
+      {n, "pairs", n * (2 * bytes_of_pose + sizeof(SeparatingAxis<float>)), n * 1500});
+}
+
+Case convex_clip_case(const std::string& path) {
+  using State = Array<Manifold<float>>;
+  const Shared in = inputs(path);
+  const auto pairs = convex_pairs(*in);
+  const Distances known = serial_distances(*in, *pairs, true);
+  const auto axes = std::make_shared<Axes>(padded(pairs->size()));
+  const float margin = static_cast<float>(in->settings.margin);
+  serial::convex_axes(in->placed(), *pairs, known.simplex, {known.closest.data(), pairs->size()}, margin, {axes->data(), pairs->size()});
+  const auto with = [=](ConvexClip<float>* convex_clip) {
+    return [=](State& manifolds) {
+      convex_clip(in->placed(), *pairs, {axes->data(), pairs->size()}, margin, {manifolds.data(), pairs->size()});
+    };
+  };
+  const double n = static_cast<double>(pairs->size());
+  return bitwise_case<State>(unwritten_manifolds(pairs->size()), with(serial::convex_clip), with(openmp::convex_clip),
+                             [=](const State& m) { return words_of(std::span<const Manifold<float>>(m.data(), pairs->size())); },
+                             {n, "pairs", n * (2 * bytes_of_pose + sizeof(SeparatingAxis<float>) + bytes_of_manifold), n * 500});
 }
 
 Case narrow_phase_case(const std::string& path) {
@@ -702,9 +749,9 @@ std::vector<Kernel> rigid_kernels() {
               {"four_bodies", "degenerate", "assorted", "soup_10", "castle"}, of_boxes);
   for (const bool warm : {true, false})
     add("rigid/gjk", warm ? "warm" : "cold", {"degenerate", "soup_10", "mesh_and_hulls"}, more, of_hulls,
-        [warm](const std::string& path) { return convexes_case(path, true, warm); });
-  add("rigid/convexes", "", {"degenerate", "soup_10", "mesh_and_hulls"}, more, of_hulls,
-      [](const std::string& path) { return convexes_case(path, false, true); });
+        [warm](const std::string& path) { return gjk_case(path, warm); });
+  add("rigid/convex_axes", "", {"degenerate", "soup_10", "mesh_and_hulls"}, more, of_hulls, convex_axes_case);
+  add("rigid/convex_clip", "", {"degenerate", "soup_10", "mesh_and_hulls"}, more, of_hulls, convex_clip_case);
   add("rigid/narrow_phase", "", all, more, settled, narrow_phase_case);
   add("rigid/match_contacts", "", all, more, settled, match_case);
   add("rigid/batches", "", all, more, settled, [](const std::string& path) { return batches_case(path, openmp::reorder_contacts); });

@@ -80,7 +80,7 @@ while read -r kernel form; do
     levelset/*) scenes="slab_33 spheres_and_box_64_full" ;;
     rigid/*_for_* | rigid/*_run) continue ;;  # run what has rows of its own, many times over
     rigid/spheres*) scenes="rounds_20000" ;;
-    rigid/gjk* | rigid/convexes*) scenes="hull_pit_2000" ;;
+    rigid/gjk* | rigid/convex_*) scenes="hull_pit_2000" ;;
     rigid/box_box*) scenes="box_pit_4000 pyramid_15" ;;
     rigid/contact_solver* | rigid/step*) scenes="pyramid_15 hull_pit_2000" ;;
     rigid/*) scenes="box_pit_4000" ;;

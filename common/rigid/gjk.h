@@ -33,16 +33,16 @@ struct Closest {
 };
 
 template <class Real>
-using ClosestPoints = void(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<Simplex> simplex,
+using Gjk = void(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<Simplex> simplex,
                            std::span<Closest<Real>> closest);
 
 namespace serial {
-ClosestPoints<float> closest_points;
-ClosestPoints<double> closest_points;
+Gjk<float> gjk;
+Gjk<double> gjk;
 }  // namespace serial
 
 namespace openmp {
-ClosestPoints<float> closest_points;
+Gjk<float> gjk;
 }  // namespace openmp
 
 }  // namespace lockstep::rigid

@@ -10,15 +10,16 @@
 //   planes       plane against any convex: the deepest corners
 //   box_box      separating axes (15, face axes preferred to edge axes by a little), then the incident face clipped against the reference
 //                face; the edge pairs give one point
-//   convexes     all other convex pairs: GJK for the distance, the axes of faces and edges for the depth, and the faces that support the
-//                normal clipped against one another
+//   gjk, convex_axes, convex_clip
+//                all other convex pairs, one after another: the distance, the axes of faces and edges for the depth, and the faces that
+//                support the normal clipped against one another (common/rigid/gjk.h, convex_axes.h, convex_clip.h)
 //   narrow_phase sorts pairs by kinds, hands them to these, and keeps the manifolds that have points, in the order of the pairs
-//
-// Shapes that need no manifold ask for `closest_points` (common/rigid/gjk.h).
 //
 // Source: [LRB08] "Collision Detection", Figures 10 and 12; per kernel in its file.
 #pragma once
 
+#include "common/rigid/convex_axes.h"
+#include "common/rigid/convex_clip.h"
 #include "common/rigid/gjk.h"
 #include "common/rigid/manifold.h"
 #include "common/rigid/pairs.h"
@@ -28,12 +29,8 @@ namespace lockstep::rigid {
 
 template <class Real>
 using Collide = void(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, std::span<Manifold<Real>> manifolds);
-// In, out: simplex[k] of pairs[k], where GJK starts and where it ended; all zero where nothing is known.
-template <class Real>
-using CollideConvexes = void(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, std::span<Simplex> simplex,
-                             std::span<Manifold<Real>> manifolds);
 
-// From step to step: of every pair that convexes had, where GJK ended, in the order of the pairs.
+// From step to step: of every pair that gjk had, where it ended, in the order of the pairs.
 struct NarrowPhaseState {
   Pairs pairs;
   std::vector<Simplex> simplex;
@@ -46,15 +43,12 @@ using NarrowPhase = void(const Placed<Real>& placed, std::span<const Pair> pairs
 namespace serial {
 Collide<float> spheres, planes, box_box;
 Collide<double> spheres, planes, box_box;
-CollideConvexes<float> convexes;
-CollideConvexes<double> convexes;
 NarrowPhase<float> narrow_phase;
 NarrowPhase<double> narrow_phase;
 }  // namespace serial
 
 namespace openmp {
 Collide<float> spheres, planes, box_box;
-CollideConvexes<float> convexes;
 NarrowPhase<float> narrow_phase;
 }  // namespace openmp
 

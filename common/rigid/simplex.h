@@ -5,12 +5,11 @@
 #include <type_traits>
 
 #include "common/math.h"
+#include "common/rigid/truth.h"
 #include "common/vector3.h"
 
 namespace lockstep::rigid {
 
-template <class T>
-using Truth = decltype(T(0) < T(0));  // bool, or a mask
 template <class T>
 inline constexpr float few_epsilon = std::is_same_v<T, double> ? 0x1p-50f : 0x1p-21f;
 

@@ -257,7 +257,7 @@ LOCKSTEP_INLINE void store_known(const Known& known, std::span<Simplex> simplex,
 }
 
 // Up to sixteen pairs, until no more than `enough` are left; those are put to the front of `which`. How many.
-int closest_points_of_block(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<std::int32_t> which, int enough,
+int gjk_of_block(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<std::int32_t> which, int enough,
                             std::span<Simplex> simplex, std::span<Closest<Real>> closest) {
   const int in_use = static_cast<int>(which.size());
   PairLanes pair;
@@ -338,24 +338,24 @@ int closest_points_of_block(const Placed<Real>& placed, std::span<const Pair> pa
 }
 
 // The pairs of a chunk, by how many vertices they have, in fours, which is how they are loaded.
-void closest_points_of_chunk(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<Simplex> simplex,
+void gjk_of_chunk(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<Simplex> simplex,
                              std::span<Closest<Real>> closest) {
   const int n = static_cast<int>(pairs.size());
   for (int k = 0; k < n; ++k) closest[k].iterations = 0;
   in_full_blocks(
       n, [&](int k) { return size_key(placed, pairs[k]); },
-      [&](std::span<std::int32_t> which, int enough) { return closest_points_of_block(placed, pairs, which, enough, simplex, closest); });
+      [&](std::span<std::int32_t> which, int enough) { return gjk_of_block(placed, pairs, which, enough, simplex, closest); });
 }
 
 }  // namespace
 
-void closest_points(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<Simplex> simplex, std::span<Closest<Real>> closest) {
+void gjk(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<Simplex> simplex, std::span<Closest<Real>> closest) {
   const std::size_t chunks = (pairs.size() + chunk_size - 1) / chunk_size;
   // A chunk reads and writes what belongs to its own pairs alone. Chunks differ in work, hence dynamic.
 #pragma omp parallel for schedule(dynamic)
   for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
     const std::size_t first = chunk * chunk_size, count = std::min<std::size_t>(chunk_size, pairs.size() - first);
-    closest_points_of_chunk(placed, pairs.subspan(first, count), simplex.subspan(first, count), closest.subspan(first, count));
+    gjk_of_chunk(placed, pairs.subspan(first, count), simplex.subspan(first, count), closest.subspan(first, count));
   }
 }
 

@@ -43,6 +43,13 @@ inline PairLanes load_pairs(std::span<const Pair> pairs) {
   return result;
 }
 
+// The pairs of number which.index[l].
+inline PairLanes load_pairs(std::span<const Pair> pairs, const Indices& which) {
+  PairLanes result;
+  for (int l = 0; l < lanes; ++l) result.a.index[l] = pairs[which.index[l]].a, result.b.index[l] = pairs[which.index[l]].b;
+  return result;
+}
+
 // In lane l, the record of number indices.index[l]. A store writes active lanes alone, whose numbers differ.
 LOCKSTEP_INLINE Quad<floatv> load_quad(std::span<const Quad<float>> quad, const Indices& indices) {
   const auto [x, y, z, w] = load_quads(&quad.data()->x, indices.index).field;

@@ -92,7 +92,13 @@ void narrow_phase(const Placed<Real>& placed, std::span<const Pair> pairs, Real 
   run(box_box, first_of_box_box, first_of_convexes);
   const std::span<const Pair> convex_pairs = part(sorted, first_of_convexes, bins);
   std::vector<Simplex> simplex = matching_simplices(convex_pairs, state);
-  convexes(placed, convex_pairs, margin, simplex, part(found, first_of_convexes, bins));
+  const auto closest = std::make_unique_for_overwrite<Closest<Real>[]>(convex_pairs.size());
+  const auto axes = std::make_unique_for_overwrite<SeparatingAxis<Real>[]>(convex_pairs.size());
+  const std::span<Closest<Real>> all_closest(closest.get(), convex_pairs.size());
+  const std::span<SeparatingAxis<Real>> all_axes(axes.get(), convex_pairs.size());
+  gjk(placed, convex_pairs, simplex, all_closest);
+  convex_axes(placed, convex_pairs, simplex, all_closest, margin, all_axes);
+  convex_clip(placed, convex_pairs, all_axes, margin, part(found, first_of_convexes, bins));
   state.pairs.assign(convex_pairs.begin(), convex_pairs.end());
   state.simplex = std::move(simplex);
 

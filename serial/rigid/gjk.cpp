@@ -157,7 +157,7 @@ bool is_known(const Corner& corner, const State& state) {
 
 }  // namespace
 
-void closest_points(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<Simplex> simplex, std::span<Closest<Real>> closest) {
+void gjk(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<Simplex> simplex, std::span<Closest<Real>> closest) {
   for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
     const Problem problem = make_problem(placed, pairs[pair]);
     const Cores<Real>& cores = problem.cores;

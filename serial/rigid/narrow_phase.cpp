@@ -59,7 +59,11 @@ void narrow_phase(const Placed<Real>& placed, std::span<const Pair> pairs, Real 
   run(box_box, first_of_box_box, first_of_convexes);
   const std::span<const Pair> convex_pairs = part(sorted, first_of_convexes, bins);
   std::vector<Simplex> simplex = matching_simplices(convex_pairs, state);
-  convexes(placed, convex_pairs, margin, simplex, part(found, first_of_convexes, bins));
+  std::vector<Closest<Real>> closest(convex_pairs.size());
+  std::vector<SeparatingAxis<Real>> axes(convex_pairs.size());
+  gjk(placed, convex_pairs, simplex, closest);
+  convex_axes(placed, convex_pairs, simplex, closest, margin, axes);
+  convex_clip(placed, convex_pairs, axes, margin, part(found, first_of_convexes, bins));
   state.pairs.assign(convex_pairs.begin(), convex_pairs.end());
   state.simplex = std::move(simplex);
 
