@@ -54,4 +54,14 @@ struct Vectors {
   }
 };
 
+// Vector i of many.
+template <class Real>
+Vector3<Real> load(const Vectors<Real>& v, std::size_t i) {
+  return {v.x[i], v.y[i], v.z[i]};
+}
+template <class Real>
+void store(Vectors<Real>& v, std::size_t i, const Vector3<Real>& value) {
+  v.x[i] = value.x, v.y[i] = value.y, v.z[i] = value.z;
+}
+
 }  // namespace lockstep

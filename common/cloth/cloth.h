@@ -90,7 +90,9 @@ struct Cloth {
   Vectors<Real> position;    // m
   Vectors<Real> previous;    // m: the positions one substep ago, which are what velocity is kept in
   Array<Real> inverse_mass;  // 1/kg; 0 for a pinned particle, which nothing moves
-  Vectors<Real> force;       // N: scratch of verlet, room for each triangle, of a sheet for 2 (rows + 1) (pitch + 16)
+  // N: scratch of verlet, a force a triangle. Of a sheet there is room for 2 (rows + 1) (pitch + 16), which is how openmp/ lays them
+  // out: squares row by row with room around them, so that sixteen are loaded at once without asking where the sheet ends.
+  Vectors<Real> force;
 
   Sheet sheet;
   std::vector<Family<Real>> families;  // of a sheet, in the order of the passes: vertical, horizontal, diagonal
