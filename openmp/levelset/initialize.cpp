@@ -1,32 +1,29 @@
-// The points beside the interface and their distances from it: where the march, or the sweeps, begin.
+// The points beside the interface and their distances from it (common/levelset/crossings.h): where the march, or the sweeps,
+// begin.
 //
-// From a point, the interface crosses an axis at theta spacings, as linear interpolation between the point and its neighbour has it:
-// 1 / theta = 1 + |phi of the neighbour| / |phi|. So the nearer crossing of an axis is the one towards the greater |phi|, and the plane
-// through the crossings is at h / sqrt(sum 1 / theta^2): a small theta never is divided by.
+// Each thread takes slabs of the grid, sixteen points along x at once, and lists the interface points that it finds; the
+// lists of the threads, one after another, are in the order of the field.
 //
-// Each thread takes slabs of the grid, sixteen points along x at once, and lists the interface points that it finds; the lists of the
-// threads, one after another, are in the order of the field.
-//
-// Source: [ITJ07]; Adalsteinsson and Sethian, J. Comput. Phys. 148 (1999). The contract stands in common/levelset/initialize.h.
+// Source: [ITJ07]; Adalsteinsson and Sethian, J. Comput. Phys. 148 (1999). The contract stands in
+// common/levelset/initialize.h.
 #include "common/levelset/initialize.h"
 
 #include <algorithm>
 #include <bit>
 #include <utility>
 
+#include "common/levelset/crossings.h"
 #include "common/real.h"
 #include "common/simd.h"
+#include "openmp/failure.h"
 #include "openmp/share.h"
 
 namespace lockstep::levelset::openmp {
 namespace {
 
-// How far from zero phi is on the other side, at the farther of two neighbours; negative where both are on this side.
-LOCKSTEP_INLINE floatv beyond(floatv phi, floatv before, floatv after) {
-  return select(phi < 0.f, max(before, after), max(-before, -after));
-}
-
-LOCKSTEP_INLINE floatv inverse_theta(floatv phi, floatv beyond) { return select(beyond >= 0.f, 1.f + beyond / abs(phi), 0.f); }
+using namespace lockstep::openmp;
+using Number = floatv;
+using Mask = maskv;
 
 // One line along x.
 void initialize_line(const Field<Real>& phi, int y, int z, Field<Real>& d, std::vector<Point>& interface) {
@@ -34,17 +31,17 @@ void initialize_line(const Field<Real>& phi, int y, int z, Field<Real>& d, std::
   const auto line = [&](int y, int z) { return &phi(0, std::clamp(y, 0, phi.ny - 1), std::clamp(z, 0, phi.nz - 1)); };
   const Real* const middle = line(y, z);
   for (int x = 0; x < phi.nx; x += lanes) {
-    const floatv here = load(middle + x);
     const intv lane_x = lane_index() + x;
-    const floatv before = select(lane_x > 0, load(middle + x - 1), here), after = select(lane_x < phi.nx - 1, load(middle + x + 1), here);
-    const floatv bx = beyond(here, before, after);
-    const floatv by = beyond(here, load(line(y - 1, z) + x), load(line(y + 1, z) + x));
-    const floatv bz = beyond(here, load(line(y, z - 1) + x), load(line(y, z + 1) + x));
-    const maskv beside = (lane_x < phi.nx) & ((here == 0.f) | (max(bx, max(by, bz)) >= 0.f));
+    const Number here = load(middle + x);
+    const Number before = select(lane_x > 0, load(middle + x - 1), here),
+                 after = select(lane_x < phi.nx - 1, load(middle + x + 1), here);
+    const Vector3<Number> beyond = {other_side(here, before, after),  //
+                                    other_side(here, load(line(y - 1, z) + x), load(line(y + 1, z) + x)),
+                                    other_side(here, load(line(y, z - 1) + x), load(line(y, z + 1) + x))};
+    const Mask beside = (lane_x < phi.nx) & beside_interface(here, beyond);
     if (none(beside)) continue;
 
-    const floatv ix = inverse_theta(here, bx), iy = inverse_theta(here, by), iz = inverse_theta(here, bz);
-    store(&d(x, y, z), select(here == 0.f, 0.f, phi.spacing / sqrt(ix * ix + iy * iy + iz * iz)), beside);
+    store(&d(x, y, z), distance_from_crossings(here, beyond, Number(phi.spacing)), beside);
     for (std::uint32_t set = bits(beside); set != 0; set &= set - 1) interface.push_back({x + std::countr_zero(set), y, z});
   }
 }
@@ -58,18 +55,23 @@ void initialize(const Field<Real>& phi, Distances<Real>& distances) {
   std::fill(d.value.begin() + (d.index(0, 0, d.nz) - d.padding), d.value.end(), far<Real>);  // what is after the last line
 
   std::vector<std::vector<Point>> found(omp_get_max_threads());
+  Failure failure;
 #pragma omp parallel
   {
     std::vector<Point> mine;
-    // Slabs of a thread are side by side, and threads in order. A thread writes all lines of its own slabs, padding as well, and no others.
+    // Slabs of a thread are side by side, and threads in order. A thread writes all lines of its own slabs, padding as
+    // well, and no others.
 #pragma omp for schedule(static)
     for (int z = 0; z < phi.nz; ++z)
-      for (int y = 0; y < phi.ny; ++y) {
-        std::fill_n(&d(0, y, z) - d.padding, d.pitch, far<Real>);
-        initialize_line(phi, y, z, d, mine);
-      }
+      failure.guard([&] {
+        for (int y = 0; y < phi.ny; ++y) {
+          std::fill_n(&d(0, y, z) - d.padding, d.pitch, far<Real>);
+          initialize_line(phi, y, z, d, mine);
+        }
+      });
     found[omp_get_thread_num()] = std::move(mine);
   }
+  failure.rethrow();
   distances.interface.clear();
   for (const std::vector<Point>& part : found) distances.interface.insert(distances.interface.end(), part.begin(), part.end());
 }
