@@ -1,8 +1,10 @@
-// Which points can come out within the band: those that are no farther than that from an interface point along each axis.
+// Which points can come out within the band: those no farther than the band, along each axis, from some interface point.
 //
-// From point to neighbour the upwind solution grows along an axis by h at the most in what it is at the least: a field that grows by h a
-// step along x alone is below any solution that starts above it. So a point k steps along some axis from all interface points is
-// k h away or more, and need not be visited where that is beyond the band. In a narrow band that is most of the grid.
+// Lower bound: a point k grid steps from every interface point along some axis has distance >= k h (the field that grows by
+// h per step along that axis lies below every solution). So points with k h > band are skipped. In a narrow band that is
+// most of the grid.
+//
+// The points are found as bits, 64 to a word: marked around the interface points along x, then spread along y, then along z.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +23,8 @@ struct Extent {
   int begin, end;
 };
 
-// Along every line z * ny + y, the points within reach: extents[begin[line]] .. extents[begin[line + 1] - 1], in order and apart.
+// Along every line z * ny + y, the points within reach: extents[begin[line]] .. extents[begin[line + 1] - 1], in order and
+// apart.
 struct Reach {
   std::vector<Extent> extents;
   std::vector<int> begin;
@@ -35,91 +38,116 @@ struct InOrder {
   }
 };
 
-template <class Real, class ForEach = InOrder>
-Reach make_reach(const Distances<Real>& distances, Real band, const ForEach& for_each = {}) {
-  const Field<Real>& d = distances.distance;
-  const int lines = d.ny * d.nz, most = std::max({d.nx, d.ny, d.nz});
-  // One step more than the band, for rounding.
-  const int steps = static_cast<int>(std::min<Real>(std::ceil(band / d.spacing) + 1, static_cast<Real>(most)));
+// A bit for every point: a byte would do, but bits are eight times faster to spread. Word w of a line is points 64 w ..
+// 64 w + 63.
+struct PointBits {
+  int nx, ny, nz;
+  std::ptrdiff_t line = (nx + 63) / 64, plane = ny * line;  // words from one to the next
+  std::vector<std::uint64_t> words = std::vector<std::uint64_t>(nz * plane, 0);
+};
 
-  if (steps == most) {
-    Reach all;
-    for (int line = 0; line <= lines; ++line) {
-      all.begin.push_back(line);
-      if (line < lines) all.extents.push_back({0, d.nx});
-    }
-    return all;
-  }
-
-  // A byte a point would do; a bit a point is eight times faster to spread. Word w of a line holds points 64 w .. 64 w + 63.
-  const int words = (d.nx + 63) / 64;
-  std::vector<std::uint64_t> bits(static_cast<std::size_t>(lines) * words, 0), spread(bits.size());
+// Marks what is within `steps` along x of the interface points of plane z.
+template <class Real>
+void mark_along_x(const Distances<Real>& distances, int steps, int z, PointBits& bits) {
   // Interface points are in the order of the field, so those of a plane stand together.
-  for_each(d.nz, [&](int plane) {
-    const auto first_of = [&](int z) {
-      const auto before = [](const Point& p, int z) { return p.z < z; };
-      return std::lower_bound(distances.interface.begin(), distances.interface.end(), z, before);
-    };
-    const auto end_of_plane = first_of(plane + 1);
-    for (auto point = first_of(plane); point != end_of_plane; ++point) {
-      const auto [x, y, z] = *point;
-      std::uint64_t* const line = &bits[static_cast<std::size_t>(z * d.ny + y) * words];
-      for (int i = std::max(x - steps, 0), end = std::min(x + steps + 1, d.nx); i < end;) {
-        const int next = std::min((i / 64 + 1) * 64, end);
-        line[i / 64] |= (~std::uint64_t(0) >> (64 - (next - i))) << i % 64;
-        i = next;
-      }
-    }
-  });
-  // Along y, whatever lies within `steps` lines, and then along z, within `steps` planes.
-  const std::ptrdiff_t plane = static_cast<std::ptrdiff_t>(d.ny) * words;
-  const auto add = [&](std::ptrdiff_t to, std::ptrdiff_t from, std::ptrdiff_t count) {
-    const std::uint64_t* const source = bits.data() + from;
-    std::uint64_t* const target = spread.data() + to;
-    for (std::ptrdiff_t i = 0; i < count; ++i) target[i] |= source[i];
+  const auto first_of = [&](int z) {
+    const auto before = [](const Point& p, int z) { return p.z < z; };
+    return std::lower_bound(distances.interface.begin(), distances.interface.end(), z, before);
   };
-  for_each(d.nz, [&](int z) {
-    for (int k = 0; k <= std::min(steps, d.ny - 1); ++k) {
-      const std::ptrdiff_t first = z * plane, shift = static_cast<std::ptrdiff_t>(k) * words;
-      add(first, first + shift, plane - shift);
-      add(first + shift, first, plane - shift);
+  const auto end_of_plane = first_of(z + 1);
+  for (auto point = first_of(z); point != end_of_plane; ++point) {
+    std::uint64_t* const line = &bits.words[z * bits.plane + point->y * bits.line];
+    for (int i = std::max(point->x - steps, 0), end = std::min(point->x + steps + 1, bits.nx); i < end;) {
+      const int next = std::min((i / 64 + 1) * 64, end);
+      line[i / 64] |= (~std::uint64_t(0) >> (64 - (next - i))) << i % 64;
+      i = next;
     }
-  });
-  bits.swap(spread);
-  for_each(d.nz, [&](int z) {
-    for (int k = std::max(z - steps, 0); k <= std::min(z + steps, d.nz - 1); ++k) add(z * plane, k * plane, plane);
-  });
-  bits.swap(spread);
+  }
+}
 
-  std::vector<Reach> planes(d.nz);
-  for_each(d.nz, [&](int z) {
-    for (int y = 0; y < d.ny; ++y) {
-      planes[z].begin.push_back(static_cast<int>(planes[z].extents.size()));
-      const std::uint64_t* const word = bits.data() + z * plane + static_cast<std::ptrdiff_t>(y) * words;
-      // The first point from x on that is (or is not) within reach; the end of the line if there is none.
-      const auto find = [&](int x, bool within) {
-        for (; x < d.nx; x = (x / 64 + 1) * 64)
-          if (const std::uint64_t rest = (within ? word[x / 64] : ~word[x / 64]) >> x % 64)
-            return std::min(x + std::countr_zero(rest), d.nx);
-        return d.nx;
-      };
-      for (int begin = find(0, true); begin < d.nx;) {
-        const int end = find(begin, false);
-        planes[z].extents.push_back({begin, end});
-        begin = find(end, true);
-      }
+// Adds `count` words of one array to those of another.
+inline void add_bits(const std::uint64_t* from, std::ptrdiff_t count, std::uint64_t* to) {
+  for (std::ptrdiff_t i = 0; i < count; ++i) to[i] |= from[i];
+}
+
+// Adds to plane z of `to` all that lies within `steps` lines in `from`.
+inline void spread_along_y(const PointBits& from, int steps, int z, PointBits& to) {
+  const std::uint64_t* const source = from.words.data() + z * from.plane;
+  std::uint64_t* const target = to.words.data() + z * to.plane;
+  for (int k = 0; k <= std::min(steps, from.ny - 1); ++k) {
+    const std::ptrdiff_t shift = k * from.line;
+    add_bits(source + shift, from.plane - shift, target);
+    add_bits(source, from.plane - shift, target + shift);
+  }
+}
+
+// Adds to plane z of `to` all that lies within `steps` planes in `from`.
+inline void spread_along_z(const PointBits& from, int steps, int z, PointBits& to) {
+  for (int k = std::max(z - steps, 0); k <= std::min(z + steps, from.nz - 1); ++k)
+    add_bits(from.words.data() + k * from.plane, from.plane, to.words.data() + z * to.plane);
+}
+
+// The marked points of plane z: begin[y] is the first extent of its line y.
+inline Reach extents_of_plane(const PointBits& bits, int z) {
+  Reach plane;
+  for (int y = 0; y < bits.ny; ++y) {
+    plane.begin.push_back(static_cast<int>(plane.extents.size()));
+    const std::uint64_t* const word = bits.words.data() + z * bits.plane + y * bits.line;
+    // The first point from x on that is (or is not) marked; the end of the line if there is none.
+    const auto find = [&](int x, bool marked) {
+      for (; x < bits.nx; x = (x / 64 + 1) * 64)
+        if (const std::uint64_t rest = (marked ? word[x / 64] : ~word[x / 64]) >> x % 64)
+          return std::min(x + std::countr_zero(rest), bits.nx);
+      return bits.nx;
+    };
+    for (int begin = find(0, true); begin < bits.nx;) {
+      const int end = find(begin, false);
+      plane.extents.push_back({begin, end});
+      begin = find(end, true);
     }
-  });
+  }
+  return plane;
+}
+
+// Planes one after another as one.
+template <class ForEach>
+Reach join_planes(const std::vector<Reach>& planes, int ny, const ForEach& for_each) {
   std::vector<std::size_t> first = {0};  // [plane]: extents of the planes before
   for (const Reach& p : planes) first.push_back(first.back() + p.extents.size());
+  const int nz = static_cast<int>(planes.size());
   Reach reach;
   reach.extents.resize(first.back());
-  reach.begin.assign(lines + 1, static_cast<int>(first.back()));
-  for_each(d.nz, [&](int z) {
-    for (int y = 0; y < d.ny; ++y) reach.begin[z * d.ny + y] = static_cast<int>(first[z]) + planes[z].begin[y];
+  reach.begin.assign(nz * ny + 1, static_cast<int>(first.back()));
+  for_each(nz, [&](int z) {
+    for (int y = 0; y < ny; ++y) reach.begin[z * ny + y] = static_cast<int>(first[z]) + planes[z].begin[y];
     std::ranges::copy(planes[z].extents, reach.extents.begin() + first[z]);
   });
   return reach;
+}
+
+inline Reach whole_grid(int nx, int lines) {
+  Reach reach;
+  reach.extents.assign(lines, {0, nx});
+  for (int line = 0; line <= lines; ++line) reach.begin.push_back(line);
+  return reach;
+}
+
+template <class Real, class ForEach = InOrder>
+Reach make_reach(const Distances<Real>& distances, Real band, const ForEach& for_each = {}) {
+  const Field<Real>& d = distances.distance;
+  const int most = std::max({d.nx, d.ny, d.nz});
+  // One step more than the band, for rounding.
+  const int steps = static_cast<int>(std::min<Real>(std::ceil(band / d.spacing) + 1, static_cast<Real>(most)));
+  if (steps == most) return whole_grid(d.nx, d.ny * d.nz);
+
+  PointBits marked{d.nx, d.ny, d.nz}, spread{d.nx, d.ny, d.nz};
+  for_each(d.nz, [&](int z) { mark_along_x(distances, steps, z, marked); });
+  for_each(d.nz, [&](int z) { spread_along_y(marked, steps, z, spread); });
+  // What is marked along x is within reach, so it may stay where the rest is added.
+  for_each(d.nz, [&](int z) { spread_along_z(spread, steps, z, marked); });
+  std::vector<Reach> planes(d.nz);
+  for_each(d.nz, [&](int z) { planes[z] = extents_of_plane(marked, z); });
+  return join_planes(planes, d.ny, for_each);
 }
 
 }  // namespace lockstep::levelset
