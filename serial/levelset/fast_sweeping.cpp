@@ -18,14 +18,14 @@
 namespace lockstep::levelset::serial {
 namespace {
 
-// The points of the interface, as a field of their own: 1 where a distance stands.
-using Standing = Field<std::uint8_t>;
+// 1 at the points of the interface, whose distances are fixed.
+using Fixed = Field<std::uint8_t>;
 
-Standing standing_points(const Distances<Real>& distances) {
+Fixed fixed_points(const Distances<Real>& distances) {
   const Field<Real>& d = distances.distance;
-  Standing standing = make_field<std::uint8_t>(d.nx, d.ny, d.nz, 0, 0);
-  for (const auto& [x, y, z] : distances.interface) standing(x, y, z) = 1;
-  return standing;
+  Fixed fixed = make_field<std::uint8_t>(d.nx, d.ny, d.nz, 0, 0);
+  for (const auto& [x, y, z] : distances.interface) fixed(x, y, z) = 1;
+  return fixed;
 }
 
 // The nearer of the two neighbours along an axis; beyond the grid there is nothing near.
@@ -37,7 +37,7 @@ Real nearer(const Field<Real>& d, int x, int y, int z, int dx, int dy, int dz) {
 }
 
 // One sweep; says whether it changed anything.
-bool sweep(Field<Real>& d, const Standing& standing, const Reach& reach, Real band, int step_x, int step_y, int step_z) {
+bool sweep(Field<Real>& d, const Fixed& fixed, const Reach& reach, Real band, int step_x, int step_y, int step_z) {
   bool changed = false;
   for (int z = step_z > 0 ? 0 : d.nz - 1; z >= 0 && z < d.nz; z += step_z)
     for (int y = step_y > 0 ? 0 : d.ny - 1; y >= 0 && y < d.ny; y += step_y) {
@@ -45,7 +45,7 @@ bool sweep(Field<Real>& d, const Standing& standing, const Reach& reach, Real ba
       for (int e = step_x > 0 ? first : last; e >= first && e <= last; e += step_x) {
         const auto [begin, end] = reach.extents[e];
         for (int x = step_x > 0 ? begin : end - 1; x >= begin && x < end; x += step_x) {
-          if (standing(x, y, z)) continue;
+          if (fixed(x, y, z)) continue;
           const Real u = upwind(nearer(d, x, y, z, 1, 0, 0), nearer(d, x, y, z, 0, 1, 0), nearer(d, x, y, z, 0, 0, 1), d.spacing);
           if (u < d(x, y, z) && u <= band) {
             d(x, y, z) = u;
@@ -60,12 +60,12 @@ bool sweep(Field<Real>& d, const Standing& standing, const Reach& reach, Real ba
 }  // namespace
 
 int fast_sweeping_sweeps(Distances<Real>& distances, Real band, int rounds) {
-  const Standing standing = standing_points(distances);
+  const Fixed fixed = fixed_points(distances);
   const Reach reach = make_reach(distances, band);
   for (int round = 1; round <= rounds; ++round) {
     bool changed = false;
     for (const auto& [x, y] : {std::pair{1, 1}, {-1, -1}, {1, -1}, {-1, 1}})
-      for (const int z : {1, -1}) changed |= sweep(distances.distance, standing, reach, band, x, y, z);
+      for (const int z : {1, -1}) changed |= sweep(distances.distance, fixed, reach, band, x, y, z);
     if (!changed) return round;
   }
   return rounds;
