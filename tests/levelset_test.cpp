@@ -4,9 +4,14 @@
 #include <omp.h>
 
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <iterator>
 #include <limits>
+#include <thread>
 
 #include "common/levelset/blocks.h"
 #include "common/levelset/eikonal.h"
@@ -168,6 +173,37 @@ TEST(LevelsetTwins, AgreeToTheBitOnEveryGrid) {
         EXPECT_EQ(c.distance.value, marched_blocks.distance.value) << nx << ' ' << ny << ' ' << nz << " band " << band << ", " << threads;
       }
     }
+}
+
+// The most threads this process has had at a time while `work` ran, as far as looking again and again finds out.
+int most_threads_during(const std::function<void()>& work) {
+  std::atomic<bool> done = false;
+  int most = 0;
+  std::thread watch([&] {
+    do {
+      const std::filesystem::directory_iterator tasks("/proc/self/task");
+      most = std::max(most, static_cast<int>(std::distance(begin(tasks), end(tasks))));
+    } while (!done);
+  });
+  work();
+  done = true;
+  watch.join();
+  return most;
+}
+
+TEST(LevelsetTwins, BlocksDoNotOpenTeamsOfTheirOwn) {
+  const Distances<float> start = started<float>(spheres_and_box, unit_cube(64));
+  const int levels = omp_get_max_active_levels();
+  omp_set_num_threads(3);
+  const auto sweep = [&] {
+    Distances<float> d = start;
+    openmp::fast_sweeping_blocks(d, 4.f / 64, 2, 16);
+  };
+  sweep();  // the team is there from now on
+  const int before = most_threads_during([] {});
+  omp_set_max_active_levels(3);
+  EXPECT_LE(most_threads_during(sweep), before);
+  omp_set_max_active_levels(levels);
 }
 
 TEST(LevelsetTwins, NothingBeyondTheBandIsTouched) {

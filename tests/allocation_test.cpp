@@ -1,0 +1,131 @@
+// Kernels of the cloth and of the level sets where memory runs out: whichever allocation fails, on whichever thread, the
+// kernel throws std::bad_alloc to its caller. (An exception that leaves a parallel region ends the program.)
+//
+// To that end this file replaces the program's operator new, which then fails when it is told to.
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <functional>
+#include <new>
+
+#include "common/cloth/make.h"
+#include "common/cloth/relax.h"
+#include "common/levelset/fast_marching.h"
+#include "common/levelset/fast_sweeping.h"
+#include "common/levelset/initialize.h"
+
+namespace {
+
+std::atomic<long> succeed = -1;  // so many allocations, then one fails; negative: none does
+
+void* allocate(std::size_t size, std::size_t alignment) {
+  if (succeed.load() >= 0 && succeed.fetch_sub(1) == 0) throw std::bad_alloc();
+  void* const memory = std::aligned_alloc(alignment, (size + alignment) / alignment * alignment);
+  if (!memory) throw std::bad_alloc();
+  return memory;
+}
+
+}  // namespace
+
+void* operator new(std::size_t size) { return allocate(size, __STDCPP_DEFAULT_NEW_ALIGNMENT__); }
+void* operator new(std::size_t size, std::align_val_t alignment) { return allocate(size, static_cast<std::size_t>(alignment)); }
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+
+namespace lockstep {
+namespace {
+
+// Runs `work` on a copy of `start` with its first allocation failing, then its second, and so on until none is left to fail.
+template <class State>
+void every_allocation_may_fail(const State& start, const std::function<void(State&)>& work) {
+  const int before = omp_get_max_threads();
+  for (const int threads : {1, 3}) {
+    omp_set_num_threads(threads);
+    long allocations = 0;
+    for (bool failed = true; failed; ++allocations) {
+      State state = start;
+      bool thrown = false;
+      succeed = allocations;
+      try {
+        work(state);
+      } catch (const std::bad_alloc&) {
+        thrown = true;
+      }
+      failed = succeed.exchange(-1) < 0;
+      ASSERT_EQ(thrown, failed) << "allocation " << allocations << ", " << threads << " threads";
+    }
+    EXPECT_GT(allocations, 1);
+  }
+  omp_set_num_threads(before);
+}
+
+namespace levelset_kernels {
+
+using namespace levelset;
+
+Field<float> checkers_and_a_slope() {  // interface points in every plane, and a wide region without
+  Field<float> phi = make_field<float>(40, 21, 19, 1.f, 1.f);
+  for (int z = 0; z < phi.nz; ++z)
+    for (int y = 0; y < phi.ny; ++y)
+      for (int x = 0; x < phi.nx; ++x) phi(x, y, z) = x < 6 && (x + y + z) % 2 ? -1.f : x - 5.5f;
+  return phi;
+}
+
+Distances<float> started() {
+  Distances<float> distances;
+  serial::initialize(checkers_and_a_slope(), distances);
+  return distances;
+}
+
+TEST(Allocation, FailsOutsideOfInitialize) {
+  const Field<float> phi = checkers_and_a_slope();
+  every_allocation_may_fail<Distances<float>>({}, [&](Distances<float>& d) { openmp::initialize(phi, d); });
+}
+
+TEST(Allocation, FailsOutsideOfMarchingInBlocks) {
+  every_allocation_may_fail<Distances<float>>(started(), [](Distances<float>& d) { openmp::fast_marching_blocks(d, 3.f, 16); });
+}
+
+TEST(Allocation, FailsOutsideOfSweeping) {
+  every_allocation_may_fail<Distances<float>>(started(), [](Distances<float>& d) { openmp::fast_sweeping_sweeps(d, 3.f, 1); });
+}
+
+TEST(Allocation, FailsOutsideOfSweepingInBlocks) {
+  every_allocation_may_fail<Distances<float>>(started(), [](Distances<float>& d) { openmp::fast_sweeping_blocks(d, 3.f, 1, 16); });
+}
+
+}  // namespace levelset_kernels
+
+namespace cloth_kernels {
+
+using namespace cloth;
+
+TEST(Allocation, FailsOutsideOfRelaxation) {
+  const Model<double> model = {.time_step = .01,
+                               .substeps = 1,
+                               .iterations = 1,
+                               .gravity = {0, -9.81, 0},
+                               .wind = {0, 0, 0},
+                               .drag = 0,
+                               .kept_velocity = 1};
+  const SheetPlan plan = {.rows = 60,
+                          .columns = 20,
+                          .origin = {0, 0, 0},
+                          .across = {.1, 0, 0},
+                          .down = {0, -.1, 0},
+                          .mass = 1,
+                          .bending = true,
+                          .pinned = {0}};
+  const Cloth<float> sheet = convert<float>(make_sheet(model, {}, plan));
+  for (Relax<float>* const relax : {openmp::relax_chains, openmp::relax_colours, openmp::relax_batches})
+    every_allocation_may_fail<Cloth<float>>(sheet, [relax](Cloth<float>& c) { relax(c, 2); });
+}
+
+}  // namespace cloth_kernels
+
+}  // namespace
+}  // namespace lockstep
