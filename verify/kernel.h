@@ -76,7 +76,6 @@ struct Kernel {
 };
 
 std::vector<Kernel> fluid_kernels();
-std::vector<Kernel> levelset_kernels();
 std::vector<Kernel> rigid_kernels();
 
 // All kernels: domain by domain, in the order of a step.

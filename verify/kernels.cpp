@@ -55,7 +55,6 @@ std::vector<Kernel> kernels() {
       }
     // Domains whose kernels stand in one file still.
     if (domain.name == "fluid") std::ranges::copy(fluid_kernels(), std::back_inserter(all));
-    if (domain.name == "levelset") std::ranges::copy(levelset_kernels(), std::back_inserter(all));
     if (domain.name == "rigid") std::ranges::copy(rigid_kernels(), std::back_inserter(all));
   }
   return all;

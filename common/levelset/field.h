@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/array.h"
+#include "common/arrays.h"
 
 namespace lockstep::levelset {
 
@@ -46,5 +47,17 @@ struct Distances {
 // What is farther than anything, and still can be squared.
 template <class Real>
 inline constexpr Real far = Real(1e18);
+
+template <Same<Point> P, class F>
+void for_each_field(P& point, const F& f) {
+  f("x", point.x), f("y", point.y), f("z", point.z);
+}
+
+// The padding of the lines counts: no kernel may change it.
+template <Is<Distances> D, class F>
+void for_each_array(D& distances, const F& f) {
+  f("distance", distances.distance.value, distances.distance.value.size());
+  f("interface", distances.interface, distances.interface.size());
+}
 
 }  // namespace lockstep::levelset
