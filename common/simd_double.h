@@ -1,0 +1,100 @@
+// Sixteen lanes of double beside the sixteen lanes of float in common/simd.h: for sums of products that float would
+// round.
+//
+// The product of two floats is exact in double. A sum in a fixed tree has the same bits on every back end, and the same
+// as scalar text that adds in that tree. Only what sums need is here.
+//
+//   doublev to_double(floatv a)                  each lane widened: exact
+//   doublev operator+, -, * (doublev, doublev)   each rounds once, to nearest
+//   void store(double* p, doublev v)             p[l] = v; any alignment
+//   double reduce_add(doublev v)                 ((v0 + v8) + (v4 + v12)) + ..., the tree of reduce_add(floatv)
+#pragma once
+
+#include "common/simd.h"
+
+namespace lockstep {
+
+// The back ends differ in how many registers hold sixteen doubles; arithmetic on a register is the compiler's own.
+#if defined(LOCKSTEP_ISA_AVX512)
+
+struct doublev {
+  __m512d low, high;
+  doublev() = default;
+  LOCKSTEP_INLINE doublev(__m512d low, __m512d high) : low(low), high(high) {}
+  LOCKSTEP_INLINE doublev(double x) : low(_mm512_set1_pd(x)), high(low) {}
+};
+LOCKSTEP_INLINE doublev to_double(floatv a) {
+  return {_mm512_cvtps_pd(_mm512_castps512_ps256(a.v)), _mm512_cvtps_pd(_mm512_extractf32x8_ps(a.v, 1))};
+}
+LOCKSTEP_INLINE doublev operator+(doublev a, doublev b) { return {a.low + b.low, a.high + b.high}; }
+LOCKSTEP_INLINE doublev operator-(doublev a, doublev b) { return {a.low - b.low, a.high - b.high}; }
+LOCKSTEP_INLINE doublev operator*(doublev a, doublev b) { return {a.low * b.low, a.high * b.high}; }
+LOCKSTEP_INLINE void store(double* p, doublev v) {
+  _mm512_storeu_pd(p, v.low);
+  _mm512_storeu_pd(p + 8, v.high);
+}
+
+#elif defined(LOCKSTEP_ISA_AVX2)
+
+struct doublev {
+  __m256d quarter[4];
+  doublev() = default;
+  LOCKSTEP_INLINE doublev(__m256d a, __m256d b, __m256d c, __m256d d) : quarter{a, b, c, d} {}
+  LOCKSTEP_INLINE doublev(double x) {
+    for (__m256d& q : quarter) q = _mm256_set1_pd(x);
+  }
+};
+LOCKSTEP_INLINE doublev to_double(floatv a) {
+  return {_mm256_cvtps_pd(_mm256_castps256_ps128(a.lo)), _mm256_cvtps_pd(_mm256_extractf128_ps(a.lo, 1)),
+          _mm256_cvtps_pd(_mm256_castps256_ps128(a.hi)), _mm256_cvtps_pd(_mm256_extractf128_ps(a.hi, 1))};
+}
+#define LOCKSTEP_EACH_QUARTER(op)                                                                     \
+  {                                                                                                   \
+    return {a.quarter[0] op b.quarter[0], a.quarter[1] op b.quarter[1], a.quarter[2] op b.quarter[2], \
+            a.quarter[3] op b.quarter[3]};                                                            \
+  }
+LOCKSTEP_INLINE doublev operator+(doublev a, doublev b) LOCKSTEP_EACH_QUARTER(+) LOCKSTEP_INLINE doublev operator-(
+    doublev a, doublev b) LOCKSTEP_EACH_QUARTER(-) LOCKSTEP_INLINE doublev
+operator*(doublev a, doublev b) LOCKSTEP_EACH_QUARTER(*)
+#undef LOCKSTEP_EACH_QUARTER
+    LOCKSTEP_INLINE void store(double* p, doublev v) {
+  for (int q = 0; q < 4; ++q) _mm256_storeu_pd(p + 4 * q, v.quarter[q]);
+}
+
+#else
+
+struct doublev {
+  double lane[lanes];
+  doublev() = default;
+  LOCKSTEP_INLINE doublev(double x) {
+    for (double& y : lane) y = x;
+  }
+};
+LOCKSTEP_INLINE doublev to_double(floatv a) {
+  return make_lanes<doublev>([&](int l) { return static_cast<double>(a.lane[l]); });
+}
+LOCKSTEP_INLINE doublev operator+(doublev a, doublev b) {
+  return make_lanes<doublev>([&](int l) { return a.lane[l] + b.lane[l]; });
+}
+LOCKSTEP_INLINE doublev operator-(doublev a, doublev b) {
+  return make_lanes<doublev>([&](int l) { return a.lane[l] - b.lane[l]; });
+}
+LOCKSTEP_INLINE doublev operator*(doublev a, doublev b) {
+  return make_lanes<doublev>([&](int l) { return a.lane[l] * b.lane[l]; });
+}
+LOCKSTEP_INLINE void store(double* p, doublev v) {
+  for (int l = 0; l < lanes; ++l) p[l] = v.lane[l];
+}
+
+#endif
+
+// A sum is reduced once in a thousand elements, so that its tree may go through memory.
+LOCKSTEP_INLINE double reduce_add(doublev v) {
+  double lane[lanes];
+  store(lane, v);
+  for (int half = lanes / 2; half > 0; half /= 2)
+    for (int l = 0; l < half; ++l) lane[l] += lane[l + half];
+  return lane[0];
+}
+
+}  // namespace lockstep
