@@ -40,7 +40,8 @@ BlockRows<To> convert(const BlockRows<From>& a) {
 // The block rows written as rows of numbers.
 template <class Real>
 Rows<Real> scalar_rows(const BlockRows<Real>& a) {
-  Rows<Real> rows{.rows = 3 * a.rows, .columns = 3 * a.columns};
+  Rows<Real> rows;
+  rows.rows = 3 * a.rows, rows.columns = 3 * a.columns;
   rows.begin.reserve(3 * static_cast<std::size_t>(a.rows) + 1);
   rows.column.reserve(9 * a.column.size());
   rows.value.reserve(9 * a.column.size());

@@ -1,0 +1,37 @@
+// Contract: the product of a sparse matrix and a vector, y = A x.
+//
+// y_i = sum over the entries of row i, in their order, of a_ij x_j, beginning at 0. Of a block row, component r adds
+// (a_r0 x_0 + a_r1 x_1) + a_r2 x_2 of each block in order. Products and sums round once each; an empty row gives 0.
+//
+//   rows         serial: compressed rows. openmp: sixteen rows a slice (SlicedRows).
+//   block_rows   serial: compressed rows of 3x3 blocks. openmp: sixteen block rows a slice (SlicedBlockRows).
+//
+// In: A; x of A's columns (times 3). Out: y of A's rows (times 3). x and y do not overlap and may stand anywhere;
+// nothing beyond them is touched, and x_j only where column j has an entry in a row.
+//
+// Source: Saad, Iterative Methods for Sparse Linear Systems (2nd ed., 2003), 3.4 and 11.5.
+#pragma once
+
+#include <span>
+
+#include "common/linear/matrix.h"
+#include "common/linear/sliced.h"
+
+namespace lockstep::linear {
+
+template <class Matrix, class Real>
+using Multiply = void(const Matrix& a, std::span<const Real> x, std::span<Real> y);
+
+namespace serial {
+Multiply<Rows<float>, float> multiply;
+Multiply<Rows<double>, double> multiply;
+Multiply<BlockRows<float>, float> multiply;
+Multiply<BlockRows<double>, double> multiply;
+}  // namespace serial
+
+namespace openmp {
+Multiply<SlicedRows, float> multiply;
+Multiply<SlicedBlockRows, float> multiply;
+}  // namespace openmp
+
+}  // namespace lockstep::linear

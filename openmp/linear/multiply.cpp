@@ -1,0 +1,55 @@
+// Sparse matrix times vector, sixteen rows at once: a lane adds up its row in the order of the row, so the bits are the
+// serial ones.
+//
+// What a product reads of the matrix is what it costs. So values stand in the order in which lanes take them, and rows
+// of numbers store columns and values once a slot where they can (common/linear/sliced.h).
+//
+// The contract stands in common/linear/multiply.h.
+#include "common/linear/multiply.h"
+
+#include <cstddef>
+
+#include "openmp/linear/slots.h"
+
+namespace lockstep::linear::openmp {
+
+void multiply(const SlicedRows& a, std::span<const float> x, std::span<float> y) {
+  const int slices = a.slices();
+  // A slice writes its own rows of y alone.
+#pragma omp parallel for schedule(static)
+  for (int s = 0; s < slices; ++s) {
+    floatv sum = 0.f;
+    for (int k = a.first_slot[s]; k < a.first_slot[s + 1]; ++k) {
+      const auto [active, value, at] = entries(a, a.slots[k], x.data());
+      where(active, sum) += value * at;
+    }
+    store(&y[a.first_row[s]], sum, first_lanes(a.first_row[s + 1] - a.first_row[s]));
+  }
+}
+
+void multiply(const SlicedBlockRows& a, std::span<const float> x, std::span<float> y) {
+  const int slices = a.slices();
+  // A slice writes its own rows of y alone.
+#pragma omp parallel for schedule(static)
+  for (int s = 0; s < slices; ++s) {
+    floatv sum[3] = {0.f, 0.f, 0.f};
+    const intv length = load(&a.length[s * lanes]);
+    for (int k = a.first_slot[s]; k < a.first_slot[s + 1]; ++k) {
+      const maskv active = length > intv(k - a.first_slot[s]);
+      const float* const block = &a.value[9 * lanes * static_cast<std::size_t>(k)];
+      const intv column = load(&a.column[lanes * static_cast<std::size_t>(k)]) * intv(3);
+      const floatv at[3] = {gather(x.data(), column, active), gather(x.data() + 1, column, active),
+                            gather(x.data() + 2, column, active)};
+      const auto entry = [&](int r, int c) { return load(block + (3 * r + c) * lanes); };
+      for (int r = 0; r < 3; ++r)
+        where(active, sum[r]) += entry(r, 0) * at[0] + entry(r, 1) * at[1] + entry(r, 2) * at[2];
+    }
+    float of_lane[3][lanes];
+    for (int r = 0; r < 3; ++r) store(of_lane[r], sum[r]);
+    for (int l = 0; l < lanes; ++l)
+      if (const std::ptrdiff_t i = a.row[s * lanes + l]; i >= 0)
+        for (int r = 0; r < 3; ++r) y[3 * i + r] = of_lane[r][l];
+  }
+}
+
+}  // namespace lockstep::linear::openmp
