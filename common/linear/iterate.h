@@ -1,0 +1,41 @@
+// The loop of conjugate gradients, which is sequential: one text for serial/ and openmp/, which pass their kernels in.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/linear/conjugate_gradients.h"
+#include "common/linear/dot.h"
+#include "common/linear/update.h"
+
+namespace lockstep::linear {
+
+template <class Real>
+Solution iterate(Dot<Real>& dot, Xpay<Real>& xpay, Descend<Real>& descend, const System<Real>& system,
+                 std::span<const Real> b, std::span<Real> x, const Stop& stop) {
+  std::fill(x.begin(), x.end(), Real(0));
+  const double norm_of_b = std::sqrt(dot(b, b));
+  if (norm_of_b == 0) return {};
+
+  Array<Real> r(b.begin(), b.end()), z(b.size()), p(b.size()), q(b.size());
+  Solution solution{.iterations = 0, .recursive_residual = 1, .true_residual = 1};
+  double rz = 0;
+  while (solution.recursive_residual > stop.tolerance && solution.iterations < stop.iterations) {
+    system.precondition(r, z);
+    const double rz_before = rz;
+    rz = dot(r, z);
+    if (solution.iterations == 0)
+      std::copy(z.begin(), z.end(), p.begin());
+    else
+      xpay(z, static_cast<Real>(rz / rz_before), p);
+    system.multiply(p, q);
+    const double pq = dot(p, q);
+    if (!(pq > 0)) break;
+    solution.recursive_residual = std::sqrt(descend(static_cast<Real>(rz / pq), p, q, x, r)) / norm_of_b;
+    ++solution.iterations;
+  }
+  solution.true_residual = system.residual(b, x) / norm_of_b;
+  return solution;
+}
+
+}  // namespace lockstep::linear

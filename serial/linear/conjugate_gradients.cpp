@@ -1,0 +1,15 @@
+// Conjugate gradients over the serial kernels.
+//
+// The contract stands in common/linear/conjugate_gradients.h, the loop in common/linear/iterate.h.
+#include "common/linear/conjugate_gradients.h"
+
+#include "common/linear/iterate.h"
+#include "common/real.h"
+
+namespace lockstep::linear::serial {
+
+Solution conjugate_gradients(const System<Real>& system, std::span<const Real> b, std::span<Real> x, const Stop& stop) {
+  return iterate<Real>(dot, xpay, descend, system, b, x, stop);
+}
+
+}  // namespace lockstep::linear::serial
