@@ -6,7 +6,8 @@
 //
 // Numbered level by level, and within a level as before, rows wait for the same rows as before, so that a factor stays
 // the factor; only sums over a row may round otherwise, where its columns change places. Rows of a level then stand
-// side by side, and so does what sixteen rows of a line of a hyperplane wait for. A solver numbers its unknowns so once, and keeps all its vectors in that order.
+// side by side, and so does what sixteen rows of a line of a hyperplane wait for. A solver numbers its unknowns so
+// once, and keeps all its vectors in that order.
 //
 // Source: Saad, Iterative Methods for Sparse Linear Systems (2nd ed., 2003), 11.6: level scheduling.
 #pragma once

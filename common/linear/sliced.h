@@ -27,7 +27,7 @@ namespace lockstep::linear {
 // points takes 8 bytes a row in place of 56.
 struct SlicedRows {
   struct Slot {
-    std::int32_t place;   // the column of lane 0, even if no column where lane 0 is inactive; of gathers: where in `column`
+    std::int32_t place;   // the column of lane 0, which may lie beyond a.columns if inactive; of gathers: in `column`
     std::int32_t values;  // where in `value` it begins: one value, or sixteen
     std::uint16_t mask;   // active lanes
     bool gathers, uniform;
