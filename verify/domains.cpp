@@ -14,6 +14,7 @@ constexpr std::string_view names[] = {
     "fluid",
     "cloth",
     "levelset",
+    "linear",
     "rigid",
 };
 

@@ -1,0 +1,66 @@
+// Sparse products, as the verifier and the benchmark see them: bitwise. A product by block rows must also beat the
+// product of the same matrix by rows of numbers.
+#include "common/linear/multiply.h"
+
+#include "verify/linear/inputs.h"
+#include "verify/twin.h"
+
+namespace lockstep::verify {
+namespace {
+
+using namespace linear;
+using namespace linear_inputs;
+
+std::shared_ptr<const State> start(const Inputs& in) {
+  return std::make_shared<const State>(State{{}, Array<float>(in.scene.rows.rows, unwritten), {}});
+}
+
+// An entry is a product and a sum. What is read is the matrix as openmp holds it, once, and x; y is written.
+Work work_of(const Inputs& in, double matrix_bytes, double lane_use) {
+  const double entries = double(in.scene.rows.value.size());
+  return {entries, "entries", matrix_bytes + 4. * in.scene.rows.rows + 4. * in.scene.rows.columns, 2 * entries,
+          lane_use};
+}
+
+Case make_rows(const std::string& path) {
+  const auto in = inputs(path);
+  const double places = double(in->sliced.slots.size()) * lanes;
+  return make_case<State>({
+      .start = start(*in),
+      .serial = [in](State& s) { serial::multiply(in->scene.rows, in->x, s.y); },
+      .best_serial = nullptr,
+      .openmp = [in](State& s) { openmp::multiply(in->sliced, in->x, s.y); },
+      .compare = nullptr,
+      .work = work_of(*in, bytes_of(in->sliced), double(in->scene.rows.value.size()) / places),
+  });
+}
+
+Case make_block_rows(const std::string& path) {
+  const auto in = inputs(path);
+  return make_case<State>({
+      .start = start(*in),
+      .serial = [in](State& s) { serial::multiply(in->scene.blocks, in->x, s.y); },
+      .best_serial = [in](State& s) { serial::multiply(in->scene.rows, in->x, s.y); },
+      .openmp = [in](State& s) { openmp::multiply(in->sliced_blocks, in->x, s.y); },
+      .compare = nullptr,
+      .work = work_of(*in, bytes_of(in->sliced_blocks),
+                      double(in->scene.blocks.column.size()) / double(in->sliced_blocks.column.size())),
+  });
+}
+
+const Scenes for_rows = {.verify = {"poisson_64", "poisson_32", "file_truss", "file_general", "elasticity_24"},
+                         .more = {"poisson_128", "elasticity_48"},
+                         .bench = {"poisson_128"},
+                         .tsan = {"poisson_32", "file_general"}};
+const Scenes for_block_rows = {
+    .verify = {"elasticity_24"}, .more = {"elasticity_48"}, .bench = {"elasticity_48"}, .tsan = {"elasticity_24"}};
+
+const Register multiply{
+    {.name = "linear/multiply",
+     .place = 3,
+     .serial_forms = {"rows", "block_rows"},
+     .forms = {{.name = "rows", .make = make_rows, .scenes = for_rows},
+               {.name = "block_rows", .make = make_block_rows, .scenes = for_block_rows, .takes = has_blocks}}}};
+
+}  // namespace
+}  // namespace lockstep::verify

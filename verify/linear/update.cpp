@@ -1,0 +1,73 @@
+// Vector updates, as the verifier and the benchmark see them: bitwise.
+#include "common/linear/update.h"
+
+#include "verify/linear/inputs.h"
+#include "verify/twin.h"
+
+namespace lockstep::verify {
+namespace {
+
+using namespace linear;
+using namespace linear_inputs;
+
+// The vectors that change are b and x; those that are read alone are the same two, reversed.
+struct Read {
+  std::shared_ptr<const State> start;
+  Array<float> p, q;
+};
+
+std::shared_ptr<const Read> read(const std::string& path) {
+  const auto in = inputs(path);
+  const std::size_t n = std::min(in->scene.b.size(), in->x.size());
+  const State start{{in->scene.b.begin(), in->scene.b.begin() + n}, {in->x.begin(), in->x.begin() + n}, {unwritten}};
+  return std::make_shared<const Read>(Read{
+      std::make_shared<const State>(start), {start.x.rbegin(), start.x.rend()}, {start.y.rbegin(), start.y.rend()}});
+}
+
+using Update = std::function<void(State&)>;
+
+Case make(const std::shared_ptr<const Read>& in, const Update& serial, const Update& openmp, double bytes,
+          double flops) {
+  const double n = double(in->p.size());
+  return make_case<State>({.start = in->start,
+                           .serial = serial,
+                           .best_serial = nullptr,
+                           .openmp = openmp,
+                           .compare = nullptr,
+                           .work = {n, "elements", bytes * n, flops * n}});
+}
+
+Case make_axpy(const std::string& path) {
+  const auto in = read(path);
+  return make(
+      in, [in](State& s) { serial::axpy(.7f, in->p, s.y); }, [in](State& s) { openmp::axpy(.7f, in->p, s.y); }, 12, 2);
+}
+
+Case make_xpay(const std::string& path) {
+  const auto in = read(path);
+  return make(
+      in, [in](State& s) { serial::xpay(in->p, .7f, s.y); }, [in](State& s) { openmp::xpay(in->p, .7f, s.y); }, 12, 2);
+}
+
+Case make_descend(const std::string& path) {
+  const auto in = read(path);
+  const auto with = [in](Descend<float>* descend) {
+    return [in, descend](State& s) { s.number[0] = descend(.7f, in->p, in->q, s.x, s.y); };
+  };
+  return make(in, with(serial::descend), with(openmp::descend), 24, 6);
+}
+
+const Scenes scenes = {.verify = {"poisson_64", "file_truss", "file_general"},
+                       .more = {"poisson_128"},
+                       .bench = {"poisson_128"},
+                       .tsan = {"poisson_32"}};
+
+const Register update{{.name = "linear/update",
+                       .place = 2,
+                       .serial_forms = {"axpy", "xpay", "descend"},
+                       .forms = {{.name = "axpy", .make = make_axpy, .scenes = scenes},
+                                 {.name = "xpay", .make = make_xpay, .scenes = scenes},
+                                 {.name = "descend", .make = make_descend, .scenes = scenes}}}};
+
+}  // namespace
+}  // namespace lockstep::verify
