@@ -12,6 +12,13 @@
 #include "openmp/linear/slots.h"
 
 namespace lockstep::linear::openmp {
+namespace {
+
+// Blocks are prefetched so many slots before their turn. A slot is 576 bytes, and the processor's own prefetching stops
+// at the end of each page of 4096.
+constexpr int ahead = 4;
+
+}  // namespace
 
 void multiply(const SlicedRows& a, std::span<const float> x, std::span<float> y) {
   const int slices = a.slices();
@@ -37,6 +44,7 @@ void multiply(const SlicedBlockRows& a, std::span<const float> x, std::span<floa
     for (int k = a.first_slot[s]; k < a.first_slot[s + 1]; ++k) {
       const maskv active = length > intv(k - a.first_slot[s]);
       const float* const block = &a.value[9 * lanes * static_cast<std::size_t>(k)];
+      for (int e = 0; e < 9; ++e) __builtin_prefetch(block + (9 * ahead + e) * lanes);
       const intv column = load(&a.column[lanes * static_cast<std::size_t>(k)]) * intv(3);
       const floatv at[3] = {gather(x.data(), column, active), gather(x.data() + 1, column, active),
                             gather(x.data() + 2, column, active)};

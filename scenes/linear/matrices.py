@@ -9,12 +9,13 @@ FOLDER = pathlib.Path(__file__).parent
 
 def write(name, kind, rows, columns, comment, entries):
     lines = [f"%%MatrixMarket matrix coordinate real {kind}", f"% {comment}", f"{rows} {columns} {len(entries)}"]
-    lines += [f"{i + 1} {j + 1} {value:.9g}" for (i, j), value in sorted(entries.items(), key=lambda e: (e[0][1], e[0][0]))]
+    by_columns = sorted(entries.items(), key=lambda entry: (entry[0][1], entry[0][0]))
+    lines += [f"{i + 1} {j + 1} {value:.9g}" for (i, j), value in by_columns]
     (FOLDER / name).write_text("\n".join(lines) + "\n")
 
 
 def truss():
-    """Bars between joints at random places that are near each other; the leftmost joints are held. Two unknowns a joint."""
+    """Bars between joints, at random places, that are near each other; the leftmost joints are held."""
     dice = random.Random(1)
     joints = sorted((dice.random(), dice.random()) for _ in range(150))
     held = 6
@@ -33,7 +34,8 @@ def truss():
                         for c in range(2):
                             i, j = number[p] + r, number[q] + c
                             if i >= j:
-                                entries[i, j] = entries.get((i, j), 0) + sign * direction[r] * direction[c] / length / 10
+                                stiffness = sign * direction[r] * direction[c] / length / 10
+                                entries[i, j] = entries.get((i, j), 0) + stiffness
     write("truss.mtx", "symmetric", 2 * len(order), 2 * len(order), "A plane truss on an elastic ground.", entries)
 
 
