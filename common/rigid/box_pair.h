@@ -32,15 +32,8 @@ inline constexpr float same_point = 1e-5f;
 // margin's width or less out of flush, never comes near.
 inline constexpr float flush_cosine = .990268f;
 
-// mask ? a : b of whatever is made of lanes.
-template <class Mask, class T>
-[[gnu::always_inline]] inline T choose(const Mask& mask, const T& a, const T& b) {
-  return select(mask, a, b);
-}
-template <class Mask, class T>
-[[gnu::always_inline]] inline Vector3<T> choose(const Mask& mask, const Vector3<T>& a, const Vector3<T>& b) {
-  return {choose(mask, a.x, b.x), choose(mask, a.y, b.y), choose(mask, a.z, b.z)};
-}
+using lockstep::select;  // not hidden by those below
+
 // Three values by number. Where the number is lanes, each lane gets its own.
 template <class T>
 struct Three {
@@ -49,13 +42,13 @@ struct Three {
   [[gnu::always_inline]] const T& operator[](int i) const { return value[i]; }
   template <class Index>
   [[gnu::always_inline]] T operator[](const Index& i) const {
-    return choose(i == Index(2), value[2], choose(i == Index(1), value[1], value[0]));
+    return select(i == Index(2), value[2], select(i == Index(1), value[1], value[0]));
   }
 };
 
 template <class Mask, class T>
-[[gnu::always_inline]] inline Three<T> choose(const Mask& mask, const Three<T>& a, const Three<T>& b) {
-  return {choose(mask, a[0], b[0]), choose(mask, a[1], b[1]), choose(mask, a[2], b[2])};
+[[gnu::always_inline]] inline Three<T> select(const Mask& mask, const Three<T>& a, const Three<T>& b) {
+  return {select(mask, a[0], b[0]), select(mask, a[1], b[1]), select(mask, a[2], b[2])};
 }
 
 template <class T>
@@ -148,12 +141,12 @@ template <class T>
 }
 
 template <class Mask, class T>
-[[gnu::always_inline]] inline BoxPair<T> choose(const Mask& mask, const BoxPair<T>& a, const BoxPair<T>& b) {
+[[gnu::always_inline]] inline BoxPair<T> select(const Mask& mask, const BoxPair<T>& a, const BoxPair<T>& b) {
   const auto &r = a.turn, &s = b.turn;
-  return {choose(mask, a.half_a, b.half_a),
-          choose(mask, a.half_b, b.half_b),
-          choose(mask, a.offset, b.offset),
-          {{choose(mask, r[0], s[0]), choose(mask, r[1], s[1]), choose(mask, r[2], s[2])}}};
+  return {select(mask, a.half_a, b.half_a),
+          select(mask, a.half_b, b.half_b),
+          select(mask, a.offset, b.offset),
+          {{select(mask, r[0], s[0]), select(mask, r[1], s[1]), select(mask, r[2], s[2])}}};
 }
 
 // What contacts come from, in numbers: faces of the pair are numbered 0 .. 11 (2 axis + 1 on the positive side; b's from 6 on), edges of

@@ -87,7 +87,6 @@ struct FacePoints {
       if (any(valid[k])) action(Point{middle[k], separation[k], Integer<T>(slot[k])}, valid[k]);
   }
   T deeper_by() const { return T(0); }
-  Truth<T> near(const Point&) const { return all_true<T>(); }
   T distance_2(const Point& point, const Point& deepest) const {
     const Vector3<T> away = point.middle - deepest.middle;
     return dot(away, away);

@@ -3,9 +3,9 @@
 //
 // `points` says which candidates there are, and how they are measured:
 //   Point                    has a `separation`; take(mask, from, to) copies one where the mask is true
-//   each(action)             calls action(point, valid) for each candidate, in order
+//   each(action)             calls action(point, valid) for each candidate, in order; between find_deepest and find_others, a kernel
+//                            may narrow down which are valid
 //   deeper_by()              a point replaces the deepest one before it only if it is deeper by more than this
-//   near(point)              whether a candidate may be one of the other three
 //   distance_2(p, deepest)   squared distance
 //   least_distance_2()       the value that it must exceed
 //   side(deepest, farthest)  a function of a point: the area that it spans with both, positive on the left
@@ -53,7 +53,7 @@ template <class T, class Points>
   T most = points.least_distance_2();
   points.each([&](const auto& p, const Truth<T>& valid) __attribute__((always_inline)) {
     const T distance_2 = points.distance_2(p, deepest.point);
-    const Truth<T> better = deepest.there & valid & points.near(p) & (distance_2 > most);
+    const Truth<T> better = deepest.there & valid & (distance_2 > most);
     where(better, most) = distance_2;
     take(better, p, farthest.point);
     farthest.there = farthest.there | better;
@@ -64,7 +64,7 @@ template <class T, class Points>
   most_left = most_right = points.least_side(most);
   points.each([&](const auto& p, const Truth<T>& valid) __attribute__((always_inline)) {
     const T area = side(p);
-    const Truth<T> usable = farthest.there & valid & points.near(p);
+    const Truth<T> usable = farthest.there & valid;
     const Truth<T> is_left = usable & (area > most_left), is_right = usable & (-area > most_right);
     where(is_left, most_left) = area, where(is_right, most_right) = -area;
     take(is_left, p, left.point), take(is_right, p, right.point);
