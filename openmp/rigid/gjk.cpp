@@ -32,31 +32,33 @@ namespace {
 constexpr int most_iterations = 32;  // why: serial/rigid/gjk.cpp
 constexpr Real epsilon = std::numeric_limits<Real>::epsilon();
 
+// What the formulas are about: sixteen pairs.
+using Number = floatv;
+using Mask = maskv;
+using Index = intv;
+using Vector = Vector3<Number>;
+
 // Of sixteen hulls, a hull a lane: the vertices, side by side. Where a hull has fewer than another, its first one is repeated.
 struct Vertices {
-  intv first;  // in the library
+  Index first;  // in the library
   int count;   // of the hull that has most
-  Vector3<floatv> position[most_hull_vertices];
+  Vector position[most_hull_vertices];
 };
-
-LOCKSTEP_INLINE Vector3<floatv> position(const Quad<floatv>& quad) { return {quad.x, quad.y, quad.z}; }
 
 // quad[index] in each lane. Without the empty assembly, which may change the indices for all that g++ knows, it would not read them back
 // from memory but take the vector apart in registers: two moves a lane, some on the ports that turn records round, and 5 % of the time.
-LOCKSTEP_INLINE Vector3<floatv> position(const Array<Quad<Real>>& quad, intv index) {
-  Indices indices;
-  store(indices.index, index);
+LOCKSTEP_INLINE Vector position(const Array<Quad<Real>>& quad, Index index) {
+  Indices indices = indices_of(index);
   asm("" : "+m"(indices));
-  return position(load_quad(quad, indices));
+  return vector_of(load_quad(quad, indices));
 }
 
-
 // The vertex farthest along a direction; the first of equals.
-LOCKSTEP_INLINE intv support(const Vertices& vertices, const Vector3<floatv>& direction) {
-  intv farthest = 0;
-  floatv most = dot(direction, vertices.position[0]);
+LOCKSTEP_INLINE Index support(const Vertices& vertices, const Vector& direction) {
+  Index farthest = 0;
+  Number most = dot(direction, vertices.position[0]);
   for (int k = 1; k < vertices.count; ++k) {
-    const floatv along = dot(direction, vertices.position[k]);
+    const Number along = dot(direction, vertices.position[k]);
     where(along > most, farthest) = k;
     most = max(along, most);
   }
@@ -64,14 +66,14 @@ LOCKSTEP_INLINE intv support(const Vertices& vertices, const Vector3<floatv>& di
 }
 
 struct Corner {
-  intv vertices;             // of which: a's, and 256 times b's
-  Vector3<floatv> position;  // b - a, in a's frame
+  Index vertices;             // of which: a's, and 256 times b's
+  Vector position;  // b - a, in a's frame
 
-  LOCKSTEP_INLINE intv a() const { return vertices & 255; }
-  LOCKSTEP_INLINE intv b() const { return vertices >> 8; }
+  LOCKSTEP_INLINE Index a() const { return vertices & 255; }
+  LOCKSTEP_INLINE Index b() const { return vertices >> 8; }
 };
 
-LOCKSTEP_INLINE Corner select(maskv mask, const Corner& c, const Corner& d) {
+LOCKSTEP_INLINE Corner select(Mask mask, const Corner& c, const Corner& d) {
   return {select(mask, c.vertices, d.vertices), select(mask, c.position, d.position)};
 }
 
@@ -80,14 +82,14 @@ struct Problem {
   const Hulls<Real>* hulls;
   Indices hull_a, hull_b;
   Vertices a, b;
-  Cores<floatv> cores;
+  Cores<Number> cores;
 
-  LOCKSTEP_INLINE Corner corner(intv k, intv l) const {
+  LOCKSTEP_INLINE Corner corner(Index k, Index l) const {
     return {k | l << 8,
             vertex_of_b(cores, position(hulls->vertex, b.first + l)) - vertex_of_a(cores, position(hulls->vertex, a.first + k))};
   }
   // The one farthest against v, in a's frame.
-  LOCKSTEP_INLINE Corner farthest(const Vector3<floatv>& v) const {
+  LOCKSTEP_INLINE Corner farthest(const Vector& v) const {
     return corner(support(a, direction_in_a(cores, v)), support(b, direction_in_b(cores, -v)));
   }
 };
@@ -103,16 +105,16 @@ LOCKSTEP_INLINE void load_vertices(const Hulls<Real>& hulls, const Indices& hull
     vertices.count = std::max(vertices.count, n), least = std::min(least, n);
   }
   vertices.first = load(begin.index);
-  const intv count = load(vertices_of.index);
+  const Index count = load(vertices_of.index);
   for (int k = 0; k < vertices.count; k += 4) {
-    floatv row[lanes];
+    Number row[lanes];
     if (k < least)
       for (int l = 0; l < lanes; ++l) row[l] = load(&hulls.vertex[begin.index[l] + k].x);
     else
       for (int l = 0; l < lanes; ++l) row[l] = load(&hulls.vertex[begin.index[l] + (k < vertices_of.index[l] ? k : 0)].x);
     transpose(row);
     for (int m = 0; m < 4; ++m) {
-      const Vector3<floatv> v = {row[4 * m], row[4 * m + 1], row[4 * m + 2]};
+      const Vector v = {row[4 * m], row[4 * m + 1], row[4 * m + 2]};
       vertices.position[k + m] = k + m == 0 ? v : select(count > k + m, v, vertices.position[0]);
     }
   }
@@ -131,78 +133,78 @@ LOCKSTEP_INLINE void make_problem(const Placed<Real>& placed, const PairLanes& p
   problem.hull_a = hulls_of(colliders, pairs.a), problem.hull_b = hulls_of(colliders, pairs.b);
   load_vertices(hulls, problem.hull_a, problem.a);
   load_vertices(hulls, problem.hull_b, problem.b);
-  const Pose<floatv> a = load_pose(pose, pairs.a), b = load_pose(pose, pairs.b);
-  problem.cores = make_cores(position(load_quad(colliders.size, pairs.a)), position(load_quad(colliders.size, pairs.b)), a.position,
+  const Pose<Number> a = load_pose(pose, pairs.a), b = load_pose(pose, pairs.b);
+  problem.cores = make_cores(vector_of(load_quad(colliders.size, pairs.a)), vector_of(load_quad(colliders.size, pairs.b)), a.position,
                              b.position, a.orientation, b.orientation);
 }
 
 // From the middle of a to that of b, in a's frame.
-LOCKSTEP_INLINE Vector3<floatv> between_centres(const Problem& problem) {
-  const auto centre = [&](const Indices& hull) { return position(load_quad(problem.hulls->centre, hull)); };
+LOCKSTEP_INLINE Vector between_centres(const Problem& problem) {
+  const auto centre = [&](const Indices& hull) { return vector_of(load_quad(problem.hulls->centre, hull)); };
   return vertex_of_b(problem.cores, centre(problem.hull_b)) - vertex_of_a(problem.cores, centre(problem.hull_a));
 }
 
 // The corners that the nearest point to the origin lies between, the newest first, and their weights: up to three, or four around the
 // origin. Those that there are not repeat others, so that no lane need know how many it has.
 struct State {
-  intv count;
+  Index count;
   Corner corner[4];
-  floatv weight[4];  // of the first, what the others leave
-  Vector3<floatv> nearest;
-  floatv distance_2;  // 0 where the cores overlap
+  Number weight[4];  // of the first, what the others leave
+  Vector nearest;
+  Number distance_2;  // 0 where the cores overlap
 };
 
 // What becomes of the others when a corner is new: j and k stay, or if the count is 4 all.
 struct Choice {
-  intv count, j, k;
-  floatv r, s, t;  // weights of the corners after the newest
-  Vector3<floatv> nearest;
-  floatv distance_2;
-  floatv longest_2;  // of the edges from the newest corner that were looked at
+  Index count, j, k;
+  Number r, s, t;  // weights of the corners after the newest
+  Vector nearest;
+  Number distance_2;
+  Number longest_2;  // of the edges from the newest corner that were looked at
 };
 
 // The nearest point on the edges and faces from `newest` to the other corners, of which there are up to three.
-LOCKSTEP_INLINE Choice nearest(const Corner& newest, const Corner* others, intv count) {
-  const Vector3<floatv>& p = newest.position;
-  intv edges = 0, j = 3, k = 3;  // how many edges from newest the best lies on, or between, and to which of the others: 3 is newest itself
-  Candidate<floatv> best = {first_lanes(lanes), 0.f, 0.f, dot(p, p), p};
-  const auto consider = [&](const Candidate<floatv>& candidate, int bounds, int l, int m) {
-    const maskv better = candidate.inside & (candidate.distance_2 < best.distance_2);
+LOCKSTEP_INLINE Choice nearest(const Corner& newest, const Corner* others, Index count) {
+  const Vector& p = newest.position;
+  Index edges = 0, j = 3, k = 3;  // how many edges from newest the best lies on, or between, and to which of the others: 3 is newest itself
+  Candidate<Number> best = {first_lanes(lanes), 0.f, 0.f, dot(p, p), p};
+  const auto consider = [&](const Candidate<Number>& candidate, int bounds, int l, int m) {
+    const Mask better = candidate.inside & (candidate.distance_2 < best.distance_2);
     where(better, edges) = bounds, where(better, j) = l, where(better, k) = m;
     where(better, best.s) = candidate.s, where(better, best.t) = candidate.t;
     where(better, best.distance_2) = candidate.distance_2;
     best.normal = select(better, candidate.normal, best.normal);
   };
 
-  Edge<floatv> e[3];
-  floatv longest_2 = 0.f;
+  Edge<Number> e[3];
+  Number longest_2 = 0.f;
   for (int l = 0; l < 3 && any(count > l); ++l) {
     e[l] = make_edge(p, others[l].position);
     longest_2 = max(longest_2, e[l].length_2);
     consider(nearest_on_edge(p, e[l]), 1, l, l);
   }
   const auto face = [&](int l, int m) {
-    const Candidate<floatv> face = nearest_on_face(p, e[l], e[m]);
+    const Candidate<Number> face = nearest_on_face(p, e[l], e[m]);
     consider(face, 2, l, m);
     return face.normal;
   };
-  Enclosure<floatv> around = {first_lanes(0), 0.f, 0.f, 0.f};
+  Enclosure<Number> around = {first_lanes(0), 0.f, 0.f, 0.f};
   if (any(count >= 2)) {
-    const Vector3<floatv> n_01 = face(0, 1);
+    const Vector n_01 = face(0, 1);
     if (any(count == 3)) {
-      const Vector3<floatv> n_02 = face(0, 2), n_12 = face(1, 2);
+      const Vector n_02 = face(0, 2), n_12 = face(1, 2);
       around = enclosure(p, e[0].along, n_01, n_02, n_12);
     }
   }
-  const maskv enclosed = around.inside & (count == 3);
+  const Mask enclosed = around.inside & (count == 3);
 
   // A point newest + s e + t f carries rounding of an epsilon or two of its longest term. What is nearer than that is at the origin.
-  const floatv normal_2 = dot(best.normal, best.normal);
-  const maskv away = (best.distance_2 > 16 * epsilon * epsilon * longest_2) & (normal_2 > 0.f) & ~enclosed;
-  const Vector3<floatv> v = (dot(p, best.normal) / normal_2) * best.normal, zero = {0.f, 0.f, 0.f};
-  return {select(enclosed, intv(4), edges + 1),
-          select(enclosed, intv(0), j),
-          select(enclosed, intv(1), k),
+  const Number normal_2 = dot(best.normal, best.normal);
+  const Mask away = (best.distance_2 > 16 * epsilon * epsilon * longest_2) & (normal_2 > 0.f) & ~enclosed;
+  const Vector v = (dot(p, best.normal) / normal_2) * best.normal, zero = {0.f, 0.f, 0.f};
+  return {select(enclosed, Index(4), edges + 1),
+          select(enclosed, Index(0), j),
+          select(enclosed, Index(1), k),
           select(enclosed, around.r, best.s),
           select(enclosed, around.s, best.t),
           select(enclosed, around.t, 0.f),
@@ -212,9 +214,9 @@ LOCKSTEP_INLINE Choice nearest(const Corner& newest, const Corner* others, intv 
 }
 
 // `newest` takes its place before the corners that stay.
-LOCKSTEP_INLINE void take(maskv mask, const Corner& newest, const Choice& choice, State& state) {
+LOCKSTEP_INLINE void take(Mask mask, const Corner& newest, const Choice& choice, State& state) {
   // Where the mask is not active, 1 and 2 stay what they are.
-  const auto stays = [&](intv l) {
+  const auto stays = [&](Index l) {
     return select(l == 0, state.corner[0], select(l == 1, state.corner[1], select(l == 2, state.corner[2], newest)));
   };
   const Corner first = stays(select(mask, choice.j, 1)), second = stays(select(mask, choice.k, 2));
@@ -229,15 +231,15 @@ LOCKSTEP_INLINE void take(maskv mask, const Corner& newest, const Choice& choice
 }
 
 // Whether a corner is one of those that there are.
-LOCKSTEP_INLINE maskv is_known(const Corner& corner, const State& state) {
-  maskv known = first_lanes(0);
+LOCKSTEP_INLINE Mask is_known(const Corner& corner, const State& state) {
+  Mask known = first_lanes(0);
   for (int k = 0; k < 3; ++k) known |= corner.vertices == state.corner[k].vertices;
   return known;
 }
 
 // Sixteen simplices: vertex k of a corner is byte k of a word.
 struct Known {
-  intv count, a, b;
+  Index count, a, b;
 };
 
 LOCKSTEP_INLINE Known load_known(std::span<const Simplex> simplex, std::span<const std::int32_t> which) {
@@ -256,9 +258,80 @@ LOCKSTEP_INLINE void store_known(const Known& known, std::span<Simplex> simplex,
     simplex[which[l]] = std::bit_cast<Simplex>(std::array{word[0].index[l], word[1].index[l], word[2].index[l]});
 }
 
-// Up to sixteen pairs, until no more than `enough` are left; those are put to the front of `which`. How many.
-int gjk_of_block(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<std::int32_t> which, int enough,
+// Where the walk begins: from the corners of the last simplex, where they are now. Without any, the first is looked for along the line
+// between the centres, which counts as an iteration.
+LOCKSTEP_INLINE State start(const Problem& problem, const Known& known, Index& iterations) {
+  const auto corner = [&](int k) {
+    return problem.corner(select(known.count > k, (known.a >> 8 * k) & 255, 0), select(known.count > k, (known.b >> 8 * k) & 255, 0));
+  };
+  const Mask cold = known.count == 0;
+  where(cold, iterations) = 1;
+  State state;
+  Corner newest;
+  if (!all(cold)) newest = corner(0);
+  if (any(cold)) newest = select(cold, problem.farthest(between_centres(problem)), newest);
+  for (int k = 1; k < 4; ++k) {
+    const Corner& last = k == 1 ? newest : state.corner[k - 2];
+    state.corner[k - 1] = any(known.count > k) ? select(known.count > k, corner(k), last) : last;
+  }
+  take(first_lanes(lanes), newest, nearest(newest, state.corner, known.count - 1), state);
+  return state;
+}
+
+// Goes on until no more than `enough` active lanes are left; returns those.
+LOCKSTEP_INLINE Mask walk(const Problem& problem, int enough, State& state, Index& iterations, Mask active) {
+  while (count(active) > enough) {
+    where(active, iterations) += 1;
+    const Corner newest = problem.farthest(state.nearest);
+    // Beyond the corners that there are by more than rounding makes of a step across: some epsilon of its length.
+    const Vector& v = state.nearest;
+    const Vector step = state.corner[0].position - newest.position;
+    const Number beyond = dot(v, step);
+    active &= (beyond > 0.f) & (beyond * beyond > 4 * epsilon * epsilon * (dot(v, v) * dot(step, step)));
+    // New, and not farther by more than rounding makes of a point: some epsilon of its terms. Where the walk cannot come nearer although
+    // there are corners beyond, it stands at the origin or, as around a needle, a little away from it: the cores overlap.
+    const Choice next = nearest(newest, state.corner, state.count);
+    const Number farther = next.distance_2 - state.distance_2;
+    const Mask stuck =
+        active &
+        (is_known(newest, state) |
+         ((farther > 0.f) & (farther * farther > 16 * epsilon * epsilon * (state.distance_2 * (state.distance_2 + next.longest_2)))));
+    const Mask there = stuck & (state.distance_2 <= 32 * 32 * epsilon * epsilon * next.longest_2);
+    state.nearest = select(there, {0.f, 0.f, 0.f}, state.nearest);
+    where(there, state.distance_2) = 0.f;
+    active &= ~stuck;
+    take(active, newest, next, state);
+    active &= (state.distance_2 > 0.f) & (iterations < most_iterations);
+  }
+  return active;
+}
+
+// What the walk has found, into `closest` and `simplex`.
+LOCKSTEP_INLINE void finish(const Problem& problem, State& state, Index iterations, std::span<const std::int32_t> which,
                             std::span<Simplex> simplex, std::span<Closest<Real>> closest) {
+  const Cores<Number>& cores = problem.cores;
+  Vector on_a = {0.f, 0.f, 0.f};
+  state.weight[0] = 1.f - (state.weight[1] + state.weight[2] + state.weight[3]);
+  Known out = {state.count, 0, 0};
+  for (int k = 0; k < 4 && any(state.count > k); ++k) {
+    const Index a = state.corner[k].a(), b = state.corner[k].b();
+    const Mask there = state.count > k;
+    on_a = select(there, on_a + state.weight[k] * vertex_of_a(cores, position(problem.hulls->vertex, problem.a.first + a)), on_a);
+    where(there, out.a) |= a << 8 * k;
+    where(there, out.b) |= b << 8 * k;
+  }
+  const Vector& v = state.nearest;
+  const Number stretch = select(state.distance_2 > 0.f, sqrt(state.distance_2 / dot(v, v)), 0.f);  // 1 but for rounding
+  const Vector from = in_world(cores, on_a), to = in_world(cores, on_a + stretch * v);
+  alignas(array_alignment) Closest<Real> result[lanes];
+  store_records(&result->on_a.x, sixteen(0).index, {{from.x, from.y, from.z, to.x, to.y, to.z, sqrt(state.distance_2), as_float(iterations)}});
+  for (std::size_t l = 0; l < which.size(); ++l) closest[which[l]] = result[l];
+  store_known(out, simplex, which);
+}
+
+// Up to sixteen pairs, until no more than `enough` are left; those are put to the front of `which`. Returns how many.
+int gjk_of_block(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<std::int32_t> which, int enough,
+                 std::span<Simplex> simplex, std::span<Closest<Real>> closest) {
   const int in_use = static_cast<int>(which.size());
   PairLanes pair;
   Indices before;
@@ -269,69 +342,10 @@ int gjk_of_block(const Placed<Real>& placed, std::span<const Pair> pairs, std::s
   }
   Problem problem;
   make_problem(placed, pair, problem);
-  const Cores<floatv>& cores = problem.cores;
-
-  const Known known = load_known(simplex, which);
-  // From the corners of the last simplex, where they are now. Without any, the first is looked for along the line between the centres.
-  const auto corner = [&](int k) {
-    return problem.corner(select(known.count > k, (known.a >> 8 * k) & 255, 0), select(known.count > k, (known.b >> 8 * k) & 255, 0));
-  };
-  const maskv cold = known.count == 0;
-  intv iterations = select(cold, intv(1), load(before.index));
-  State state;
-  Corner newest;
-  if (!all(cold)) newest = corner(0);
-  if (any(cold)) newest = select(cold, problem.farthest(between_centres(problem)), newest);
-  for (int k = 1; k < 4; ++k) {
-    const Corner& last = k == 1 ? newest : state.corner[k - 2];
-    state.corner[k - 1] = any(known.count > k) ? select(known.count > k, corner(k), last) : last;
-  }
-  take(first_lanes(lanes), newest, nearest(newest, state.corner, known.count - 1), state);
-
-  maskv active = first_lanes(in_use) & (state.distance_2 > 0.f);
-  while (count(active) > enough) {
-    where(active, iterations) += 1;
-    newest = problem.farthest(state.nearest);
-    // Beyond the corners that there are by more than rounding makes of a step across: some epsilon of its length.
-    const Vector3<floatv>& v = state.nearest;
-    const Vector3<floatv> step = state.corner[0].position - newest.position;
-    const floatv beyond = dot(v, step);
-    active &= (beyond > 0.f) & (beyond * beyond > 4 * epsilon * epsilon * (dot(v, v) * dot(step, step)));
-    // New, and not farther by more than rounding makes of a point: some epsilon of its terms. Where the walk cannot come nearer although
-    // there are corners beyond, it stands at the origin or, as around a needle, a little away from it: the cores overlap.
-    const Choice next = nearest(newest, state.corner, state.count);
-    const floatv farther = next.distance_2 - state.distance_2;
-    const maskv stuck =
-        active &
-        (is_known(newest, state) |
-         ((farther > 0.f) & (farther * farther > 16 * epsilon * epsilon * (state.distance_2 * (state.distance_2 + next.longest_2)))));
-    const maskv there = stuck & (state.distance_2 <= 32 * 32 * epsilon * epsilon * next.longest_2);
-    state.nearest = select(there, {0.f, 0.f, 0.f}, state.nearest);
-    where(there, state.distance_2) = 0.f;
-    active &= ~stuck;
-    take(active, newest, next, state);
-    active &= (state.distance_2 > 0.f) & (iterations < most_iterations);
-  }
-
-  Vector3<floatv> on_a = {0.f, 0.f, 0.f};
-  state.weight[0] = 1.f - (state.weight[1] + state.weight[2] + state.weight[3]);
-  Known out = {state.count, 0, 0};
-  for (int k = 0; k < 4 && any(state.count > k); ++k) {
-    const intv a = state.corner[k].a(), b = state.corner[k].b();
-    const maskv there = state.count > k;
-    on_a = select(there, on_a + state.weight[k] * vertex_of_a(cores, position(problem.hulls->vertex, problem.a.first + a)), on_a);
-    where(there, out.a) |= a << 8 * k;
-    where(there, out.b) |= b << 8 * k;
-  }
-  const Vector3<floatv>& v = state.nearest;
-  const floatv stretch = select(state.distance_2 > 0.f, sqrt(state.distance_2 / dot(v, v)), 0.f);  // 1 but for rounding
-  const Vector3<floatv> from = in_world(cores, on_a), to = in_world(cores, on_a + stretch * v);
-  alignas(array_alignment) Closest<Real> result[lanes];
-  Indices own;
-  store(own.index, lane_index());
-  store_records(&result->on_a.x, own.index, {{from.x, from.y, from.z, to.x, to.y, to.z, sqrt(state.distance_2), as_float(iterations)}});
-  for (int l = 0; l < in_use; ++l) closest[which[l]] = result[l];
-  store_known(out, simplex, which);
+  Index iterations = load(before.index);
+  State state = start(problem, load_known(simplex, which), iterations);
+  const Mask active = walk(problem, enough, state, iterations, first_lanes(in_use) & (state.distance_2 > 0.f));
+  finish(problem, state, iterations, which, simplex, closest);
   int left = 0;
   for (std::uint32_t set = bits(active); set != 0; set &= set - 1) which[left++] = which[std::countr_zero(set)];
   return left;

@@ -21,6 +21,7 @@
 
 #include "common/real.h"
 #include "common/rigid/route.h"
+#include "openmp/failure.h"
 #include "openmp/share.h"
 
 namespace lockstep::rigid::openmp {
@@ -35,6 +36,14 @@ int bin_of_pair(const Colliders<Real>& colliders, const Pair& pair) {
 // One thread's, in cache lines of its own.
 struct alignas(array_alignment) Counts {
   std::array<int, bins + 1> of = {};
+};
+
+// Not filled with zeros first: kernels write every element.
+template <class Element>
+struct Unwritten {
+  std::unique_ptr<Element[]> memory;
+  std::span<Element> span;
+  explicit Unwritten(std::size_t n) : memory(std::make_unique_for_overwrite<Element[]>(n)), span(memory.get(), n) {}
 };
 
 // Of each pair, its simplex of the last step.
@@ -82,26 +91,26 @@ void narrow_phase(const Placed<Real>& placed, std::span<const Pair> pairs, Real 
     }
   }
 
-  // Not filled with zeros first: kernels write every manifold.
-  const auto memory = std::make_unique_for_overwrite<Manifold<Real>[]>(pairs.size());
-  const std::span<Manifold<Real>> found(memory.get(), pairs.size());
+  const Unwritten<Manifold<Real>> of_pairs(pairs.size());
+  const std::span<Manifold<Real>> found = of_pairs.span;
   const auto part = [&](auto& of, int from, int to) { return std::span(of).subspan(first[from], first[to] - first[from]); };
-  const auto run = [&](Collide<Real>& kernel, int from, int to) { kernel(placed, part(sorted, from, to), margin, part(found, from, to)); };
+  const auto run = [&](Collide<Real>& kernel, int from, int to) {
+    kernel(placed, part(sorted, from, to), margin, part(found, from, to));
+  };
   run(spheres, first_of_spheres, first_of_planes);
   run(planes, first_of_planes, first_of_box_box);
   run(box_box, first_of_box_box, first_of_convexes);
   const std::span<const Pair> convex_pairs = part(sorted, first_of_convexes, bins);
   std::vector<Simplex> simplex = matching_simplices(convex_pairs, state);
-  const auto closest = std::make_unique_for_overwrite<Closest<Real>[]>(convex_pairs.size());
-  const auto axes = std::make_unique_for_overwrite<SeparatingAxis<Real>[]>(convex_pairs.size());
-  const std::span<Closest<Real>> all_closest(closest.get(), convex_pairs.size());
-  const std::span<SeparatingAxis<Real>> all_axes(axes.get(), convex_pairs.size());
-  gjk(placed, convex_pairs, simplex, all_closest);
-  convex_axes(placed, convex_pairs, simplex, all_closest, margin, all_axes);
-  convex_clip(placed, convex_pairs, all_axes, margin, part(found, first_of_convexes, bins));
+  const Unwritten<Closest<Real>> closest(convex_pairs.size());
+  const Unwritten<SeparatingAxis<Real>> axes(convex_pairs.size());
+  gjk(placed, convex_pairs, simplex, closest.span);
+  convex_axes(placed, convex_pairs, simplex, closest.span, margin, axes.span);
+  convex_clip(placed, convex_pairs, axes.span, margin, part(found, first_of_convexes, bins));
   state.pairs.assign(convex_pairs.begin(), convex_pairs.end());
   state.simplex = std::move(simplex);
 
+  Failure failure;
 #pragma omp parallel
   {
     // As above: a thread's manifolds stand behind those of the shares before its own.
@@ -110,16 +119,18 @@ void narrow_phase(const Placed<Real>& placed, std::span<const Pair> pairs, Real 
     next = 0;
     for (int k = mine.begin; k < mine.end; ++k) next += found[place[k]].count > 0;
 #pragma omp barrier
-      // One thread alone makes room, and the others wait.
+      // One thread alone makes room, and the others wait. If there is none, none writes.
 #pragma omp single
-    {
+    failure.guard([&] {
       int sum = 0;
       for (int thread = 0; thread < omp_get_num_threads(); ++thread) sum += std::exchange(counts[thread].of[0], sum);
       manifolds.resize(sum);
-    }
-    for (int k = mine.begin; k < mine.end; ++k)
-      if (found[place[k]].count > 0) manifolds[next++] = found[place[k]];
+    });
+    if (!failure.happened())
+      for (int k = mine.begin; k < mine.end; ++k)
+        if (found[place[k]].count > 0) manifolds[next++] = found[place[k]];
   }
+  failure.rethrow();
 }
 
 }  // namespace lockstep::rigid::openmp

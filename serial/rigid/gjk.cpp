@@ -30,16 +30,19 @@ namespace {
 constexpr int most_iterations = 32;
 constexpr Real epsilon = std::numeric_limits<Real>::epsilon();
 
+// What the formulas are about: one pair.
+using Number = Real;
+using Index = int;
+using Vector = Vector3<Number>;
+
 using Vertices = std::span<const Quad<Real>>;
 
-Vector3<Real> position(const Quad<Real>& quad) { return {quad.x, quad.y, quad.z}; }
-
 // The vertex farthest along a direction; the first of equals.
-int support(Vertices vertices, const Vector3<Real>& direction) {
+int support(Vertices vertices, const Vector& direction) {
   int farthest = 0;
-  Real most = dot(direction, position(vertices[0]));
+  Number most = dot(direction, vector_of(vertices[0]));
   for (int k = 1; k < static_cast<int>(vertices.size()); ++k) {
-    const Real along = dot(direction, position(vertices[k]));
+    const Number along = dot(direction, vector_of(vertices[k]));
     if (along > most) most = along, farthest = k;
   }
   return farthest;
@@ -47,17 +50,17 @@ int support(Vertices vertices, const Vector3<Real>& direction) {
 
 struct Corner {
   int a, b;                // of which vertices
-  Vector3<Real> position;  // b - a, in a's frame
+  Vector position;  // b - a, in a's frame
 };
 
 // Two hulls, and how they stand.
 struct Problem {
   Vertices a, b;
-  Cores<Real> cores;
+  Cores<Number> cores;
 
-  Corner corner(int k, int l) const { return {k, l, vertex_of_b(cores, position(b[l])) - vertex_of_a(cores, position(a[k]))}; }
+  Corner corner(int k, int l) const { return {k, l, vertex_of_b(cores, vector_of(b[l])) - vertex_of_a(cores, vector_of(a[k]))}; }
   // The one farthest against v, in a's frame.
-  Corner farthest(const Vector3<Real>& v) const {
+  Corner farthest(const Vector& v) const {
     return corner(support(a, direction_in_a(cores, v)), support(b, direction_in_b(cores, -v)));
   }
 };
@@ -69,12 +72,12 @@ Problem make_problem(const Placed<Real>& placed, const Pair& pair) {
   const Pose<Real>&a = placed.pose[pair.a], &b = placed.pose[pair.b];
   return {
       vertices(colliders.hull[pair.a]), vertices(colliders.hull[pair.b]),
-      make_cores(position(colliders.size[pair.a]), position(colliders.size[pair.b]), a.position, b.position, a.orientation, b.orientation)};
+      make_cores(vector_of(colliders.size[pair.a]), vector_of(colliders.size[pair.b]), a.position, b.position, a.orientation, b.orientation)};
 }
 
 // From the middle of a to that of b, in a's frame.
-Vector3<Real> between_centres(const Placed<Real>& placed, const Pair& pair, const Cores<Real>& cores) {
-  const auto centre = [&](int collider) { return position(placed.hulls.centre[placed.colliders.hull[collider]]); };
+Vector between_centres(const Placed<Real>& placed, const Pair& pair, const Cores<Number>& cores) {
+  const auto centre = [&](int collider) { return vector_of(placed.hulls.centre[placed.colliders.hull[collider]]); };
   return vertex_of_b(cores, centre(pair.b)) - vertex_of_a(cores, centre(pair.a));
 }
 
@@ -83,54 +86,54 @@ Vector3<Real> between_centres(const Placed<Real>& placed, const Pair& pair, cons
 struct State {
   int count;
   Corner corner[4];
-  Real weight[4];
-  Vector3<Real> nearest;
-  Real distance_2;  // 0 where the cores overlap
+  Number weight[4];
+  Vector nearest;
+  Number distance_2;  // 0 where the cores overlap
 };
 
 // What becomes of the others when a corner is new: j and k stay, or if the count is 4 all.
 struct Choice {
   int count, j, k;
-  Real r, s, t;  // weights of the corners after the newest
-  Vector3<Real> nearest;
-  Real distance_2;
-  Real longest_2;  // of the edges from the newest corner that were looked at
+  Number r, s, t;  // weights of the corners after the newest
+  Vector nearest;
+  Number distance_2;
+  Number longest_2;  // of the edges from the newest corner that were looked at
 };
 
 // The nearest point on the edges and faces from `newest` to the other corners, of which there are up to three.
 Choice nearest(const Corner& newest, const Corner* others, int count) {
-  const Vector3<Real>& p = newest.position;
+  const Vector& p = newest.position;
   int edges = 0, j = 0, k = 0;  // how many edges from newest the best lies on, or between, and to which of the others
-  Candidate<Real> best = {true, 0, 0, dot(p, p), p};
-  const auto consider = [&](const Candidate<Real>& candidate, int bounds, int l, int m) {
+  Candidate<Number> best = {true, 0, 0, dot(p, p), p};
+  const auto consider = [&](const Candidate<Number>& candidate, int bounds, int l, int m) {
     if (candidate.inside && candidate.distance_2 < best.distance_2) best = candidate, edges = bounds, j = l, k = m;
   };
 
-  Edge<Real> e[3];
-  Real longest_2 = 0;
+  Edge<Number> e[3];
+  Number longest_2 = 0;
   for (int l = 0; l < count; ++l) {
     e[l] = make_edge(p, others[l].position);
     longest_2 = max(longest_2, e[l].length_2);
     consider(nearest_on_edge(p, e[l]), 1, l, l);
   }
   const auto face = [&](int l, int m) {
-    const Candidate<Real> face = nearest_on_face(p, e[l], e[m]);
+    const Candidate<Number> face = nearest_on_face(p, e[l], e[m]);
     consider(face, 2, l, m);
     return face.normal;
   };
   if (count >= 2) {
-    const Vector3<Real> n_01 = face(0, 1);
+    const Vector n_01 = face(0, 1);
     if (count == 3) {
-      const Vector3<Real> n_02 = face(0, 2), n_12 = face(1, 2);
-      const Enclosure<Real> around = enclosure(p, e[0].along, n_01, n_02, n_12);
+      const Vector n_02 = face(0, 2), n_12 = face(1, 2);
+      const Enclosure<Number> around = enclosure(p, e[0].along, n_01, n_02, n_12);
       if (around.inside) return {4, 0, 1, around.r, around.s, around.t, {0, 0, 0}, 0, longest_2};
     }
   }
 
   // A point newest + s e + t f carries rounding of an epsilon or two of its longest term. What is nearer than that is at the origin.
-  const Real normal_2 = dot(best.normal, best.normal);
+  const Number normal_2 = dot(best.normal, best.normal);
   const bool away = best.distance_2 > 16 * epsilon * epsilon * longest_2 && normal_2 > 0;
-  const Vector3<Real> v = (dot(p, best.normal) / normal_2) * best.normal, zero = {0, 0, 0};
+  const Vector v = (dot(p, best.normal) / normal_2) * best.normal, zero = {0, 0, 0};
   return {edges + 1, j, k, best.s, best.t, 0, away ? v : zero, away ? best.distance_2 : 0, longest_2};
 }
 
@@ -155,51 +158,64 @@ bool is_known(const Corner& corner, const State& state) {
   return known;
 }
 
+// Where the walk begins: from the corners of the last simplex, where they are now. Without any, the first is looked for along the line
+// between the centres, which counts as an iteration.
+State start(const Problem& problem, const Vector& from_centre_to_centre, const Simplex& known, Index& iterations) {
+  const auto corner = [&](int k) { return problem.corner(known.a[k], known.b[k]); };
+  iterations = known.count == 0;
+  State state{};
+  const Corner newest = known.count == 0 ? problem.farthest(from_centre_to_centre) : corner(0);
+  for (int k = 1; k < known.count; ++k) state.corner[k - 1] = corner(k);
+  take(newest, nearest(newest, state.corner, known.count - 1), state);
+  return state;
+}
+
+// Goes on until no corner is nearer.
+void walk(const Problem& problem, State& state, Index& iterations) {
+  while (state.distance_2 > 0 && iterations < most_iterations) {
+    ++iterations;
+    const Corner newest = problem.farthest(state.nearest);
+    // Beyond the corners that there are by more than rounding makes of a step across: some epsilon of its length.
+    const Vector&v = state.nearest, step = state.corner[0].position - newest.position;
+    const Number beyond = dot(v, step);
+    if (!(beyond > 0 && beyond * beyond > 4 * epsilon * epsilon * (dot(v, v) * dot(step, step)))) break;
+    // New, and not farther by more than rounding makes of a point: some epsilon of its terms. Where the walk cannot come nearer although
+    // there are corners beyond, it stands at the origin or, as around a needle, a little away from it: the cores overlap.
+    const Choice next = nearest(newest, state.corner, state.count);
+    const Number farther = next.distance_2 - state.distance_2;
+    if (is_known(newest, state) ||
+        (farther > 0 && farther * farther > 16 * epsilon * epsilon * (state.distance_2 * (state.distance_2 + next.longest_2)))) {
+      if (state.distance_2 <= 32 * 32 * epsilon * epsilon * next.longest_2) state.nearest = {0, 0, 0}, state.distance_2 = 0;
+      break;
+    }
+    take(newest, next, state);
+  }
+}
+
+// What the walk has found; and its simplex.
+Closest<Real> finish(const Problem& problem, const State& state, Index iterations, Simplex& known) {
+  const Cores<Number>& cores = problem.cores;
+  Vector on_a = {0, 0, 0};
+  known = {state.count, {}, {}};
+  for (int k = 0; k < state.count; ++k) {
+    const auto& [a, b, unused] = state.corner[k];
+    on_a = on_a + state.weight[k] * vertex_of_a(cores, vector_of(problem.a[a]));
+    known.a[k] = static_cast<std::uint8_t>(a), known.b[k] = static_cast<std::uint8_t>(b);
+  }
+  const Vector& v = state.nearest;
+  const Number stretch = state.distance_2 > 0 ? sqrt(state.distance_2 / dot(v, v)) : 0;  // 1 but for rounding
+  return {in_world(cores, on_a), in_world(cores, on_a + stretch * v), sqrt(state.distance_2), iterations};
+}
+
 }  // namespace
 
 void gjk(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<Simplex> simplex, std::span<Closest<Real>> closest) {
-  for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
-    const Problem problem = make_problem(placed, pairs[pair]);
-    const Cores<Real>& cores = problem.cores;
-    Simplex& known = simplex[pair];
-
-    // From the corners of the last simplex, where they are now. Without any, the first is looked for along the line between the centres.
-    const auto corner = [&](int k) { return problem.corner(known.a[k], known.b[k]); };
-    int iterations = known.count == 0;
-    State state{};
-    Corner newest = known.count == 0 ? problem.farthest(between_centres(placed, pairs[pair], cores)) : corner(0);
-    for (int k = 1; k < known.count; ++k) state.corner[k - 1] = corner(k);
-    take(newest, nearest(newest, state.corner, known.count - 1), state);
-
-    while (state.distance_2 > 0 && iterations < most_iterations) {
-      ++iterations;
-      newest = problem.farthest(state.nearest);
-      // Beyond the corners that there are by more than rounding makes of a step across: some epsilon of its length.
-      const Vector3<Real>&v = state.nearest, step = state.corner[0].position - newest.position;
-      const Real beyond = dot(v, step);
-      if (!(beyond > 0 && beyond * beyond > 4 * epsilon * epsilon * (dot(v, v) * dot(step, step)))) break;
-      // New, and not farther by more than rounding makes of a point: some epsilon of its terms. Where the walk cannot come nearer although
-      // there are corners beyond, it stands at the origin or, as around a needle, a little away from it: the cores overlap.
-      const Choice next = nearest(newest, state.corner, state.count);
-      const Real farther = next.distance_2 - state.distance_2;
-      if (is_known(newest, state) ||
-          (farther > 0 && farther * farther > 16 * epsilon * epsilon * (state.distance_2 * (state.distance_2 + next.longest_2)))) {
-        if (state.distance_2 <= 32 * 32 * epsilon * epsilon * next.longest_2) state.nearest = {0, 0, 0}, state.distance_2 = 0;
-        break;
-      }
-      take(newest, next, state);
-    }
-
-    Vector3<Real> on_a = {0, 0, 0};
-    known = {state.count, {}, {}};
-    for (int k = 0; k < state.count; ++k) {
-      const auto& [a, b, unused] = state.corner[k];
-      on_a = on_a + state.weight[k] * vertex_of_a(cores, position(problem.a[a]));
-      known.a[k] = static_cast<std::uint8_t>(a), known.b[k] = static_cast<std::uint8_t>(b);
-    }
-    const Vector3<Real>& v = state.nearest;
-    const Real stretch = state.distance_2 > 0 ? sqrt(state.distance_2 / dot(v, v)) : 0;  // 1 but for rounding
-    closest[pair] = {in_world(cores, on_a), in_world(cores, on_a + stretch * v), sqrt(state.distance_2), iterations};
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    const Problem problem = make_problem(placed, pairs[k]);
+    Index iterations;
+    State state = start(problem, between_centres(placed, pairs[k], problem.cores), simplex[k], iterations);
+    walk(problem, state, iterations);
+    closest[k] = finish(problem, state, iterations, simplex[k]);
   }
 }
 
