@@ -1,4 +1,4 @@
-// Kernels of the cloth and of the level sets where memory runs out: whichever allocation fails, on whichever thread, the
+// Kernels of the cloth, the level sets and the rigid narrow phase where memory runs out: whichever allocation fails, on whichever thread, the
 // kernel throws std::bad_alloc to its caller. (An exception that leaves a parallel region ends the program.)
 //
 // To that end this file replaces the program's operator new, which then fails when it is told to.
@@ -15,6 +15,8 @@
 #include "common/levelset/fast_marching.h"
 #include "common/levelset/fast_sweeping.h"
 #include "common/levelset/initialize.h"
+#include "common/rigid/narrow_phase.h"
+#include "tests/rigid_shapes.h"
 
 namespace {
 
@@ -126,6 +128,32 @@ TEST(Allocation, FailsOutsideOfRelaxation) {
 }
 
 }  // namespace cloth_kernels
+
+namespace rigid_kernels {
+
+using namespace rigid;
+
+TEST(Allocation, FailsOutsideOfTheNarrowPhase) {
+  Shapes shapes;
+  std::vector<Vector3<double>> corners;
+  for (int k = 0; k < 8; ++k) corners.push_back({k & 1 ? .5 : -.5, k & 2 ? .5 : -.5, k & 4 ? .5 : -.5});
+  const int hull = make_hull(shapes.hulls, corners);
+  for (int k = 0; k < 20; ++k) {
+    shapes.box({.5, .5, .5}, at({0, .9 * k, 0}));
+    shapes.hull(hull, at({.2, .9 * k + .3, 0}));
+  }
+  Pairs pairs;
+  for (int a = 0; a < 40; ++a)
+    for (int b = a + 1; b < 40 && b < a + 4; ++b) pairs.push_back({a, b});
+  const Rounded<float> rounded(shapes);
+  struct State {
+    NarrowPhaseState state;
+    Array<Manifold<float>> manifolds;
+  };
+  every_allocation_may_fail<State>({}, [&](State& s) { openmp::narrow_phase(rounded.placed(), pairs, .01f, s.state, s.manifolds); });
+}
+
+}  // namespace rigid_kernels
 
 }  // namespace
 }  // namespace lockstep
