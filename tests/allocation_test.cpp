@@ -1,5 +1,6 @@
-// Kernels of the cloth, the level sets and the rigid narrow phase where memory runs out: whichever allocation fails, on whichever thread, the
-// kernel throws std::bad_alloc to its caller. (An exception that leaves a parallel region ends the program.)
+// Kernels of the cloth, the level sets and the rigid narrow phase where memory runs out: whichever allocation fails, on
+// whichever thread, the kernel throws std::bad_alloc to its caller. (An exception that leaves a parallel region ends the
+// program.)
 //
 // To that end this file replaces the program's operator new, which then fails when it is told to.
 #include <gtest/gtest.h>
@@ -113,7 +114,7 @@ TEST(Allocation, FailsOutsideOfRelaxation) {
                                .gravity = {0, -9.81, 0},
                                .wind = {0, 0, 0},
                                .drag = 0,
-                               .kept_velocity = 1};
+                               .velocity_factor = 1};
   const SheetPlan plan = {.rows = 60,
                           .columns = 20,
                           .origin = {0, 0, 0},

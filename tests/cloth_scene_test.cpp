@@ -106,7 +106,7 @@ TEST_F(ClothSceneTest, SaysWhatItSays) {
   EXPECT_EQ(model.gravity.y, 2.5);
   EXPECT_EQ(model.wind.z, 6);
   EXPECT_EQ(model.drag, 1.2);
-  EXPECT_DOUBLE_EQ(model.kept_velocity, std::exp(-.0025));
+  EXPECT_DOUBLE_EQ(model.velocity_factor, std::exp(-.0025));
   EXPECT_EQ(scene.cloth.bodies.friction, .25);
   EXPECT_EQ(scene.bodies.friction, .25);
 
@@ -132,7 +132,7 @@ TEST_F(ClothSceneTest, HasDefaults) {
   EXPECT_EQ(model.gravity.y, -9.81);
   EXPECT_EQ(model.wind.x, 0);
   EXPECT_EQ(model.drag, 0);
-  EXPECT_EQ(model.kept_velocity, 1);
+  EXPECT_EQ(model.velocity_factor, 1);
   EXPECT_EQ(scene.cloth.bodies.friction, 0);
   EXPECT_EQ(scene.cloth.families.size(), 4u);
   EXPECT_TRUE(scene.cloth.bodies.planes.empty() && scene.cloth.bodies.capsules.empty() && scene.cloth.bodies.boxes.empty());

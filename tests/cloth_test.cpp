@@ -1,4 +1,5 @@
-// The game cloth against closed forms: one constraint, free fall, terminal velocity, friction, and a rope that hangs at rest.
+// The game cloth against closed forms: one constraint, free fall, terminal velocity, friction, and a rope that hangs at
+// rest.
 #include <gtest/gtest.h>
 #include <omp.h>
 
@@ -29,7 +30,7 @@ Model<double> model(double time_step, int iterations) {
           .gravity = {0, -g, 0},
           .wind = {0, 0, 0},
           .drag = 0,
-          .kept_velocity = 1};
+          .velocity_factor = 1};
 }
 
 SheetPlan plan(int rows, int columns, double spacing, bool bending = false) {
@@ -95,10 +96,13 @@ TEST(ClothProject, SixteenLanesGiveTheBitsOfSixteenNumbers) {
   float in[8][lanes], out[6][lanes];
   for (auto& row : in)
     for (float& x : row) x = number(random);
-  for (int l = 0; l < lanes; ++l) in[3][l] = l % 3 == 0 ? 0 : std::abs(in[3][l]), in[7][l] = l % 2 == 0 ? 0 : std::abs(in[7][l]);
-  Point<floatv> a = {load(in[0]), load(in[1]), load(in[2]), load(in[3])}, b = {load(in[4]), load(in[5]), load(in[6]), load(in[7])};
+  for (int l = 0; l < lanes; ++l)
+    in[3][l] = l % 3 == 0 ? 0 : std::abs(in[3][l]), in[7][l] = l % 2 == 0 ? 0 : std::abs(in[7][l]);
+  Point<floatv> a = {load(in[0]), load(in[1]), load(in[2]), load(in[3])},
+                b = {load(in[4]), load(in[5]), load(in[6]), load(in[7])};
   project(a, b, floatv(.7f));
-  store(out[0], a.x), store(out[1], a.y), store(out[2], a.z), store(out[3], b.x), store(out[4], b.y), store(out[5], b.z);
+  store(out[0], a.x), store(out[1], a.y), store(out[2], a.z), store(out[3], b.x), store(out[4], b.y),
+      store(out[5], b.z);
   for (int l = 0; l < lanes; ++l) {
     Point<float> p = {in[0][l], in[1][l], in[2][l], in[3][l]}, q = {in[4][l], in[5][l], in[6][l], in[7][l]};
     project(p, q, .7f);
@@ -142,7 +146,11 @@ TEST(ClothVerlet, FreeFallIsExact) {
 
 TEST(ClothVerlet, AFlatTriangleFallsWithTerminalVelocity) {
   // Where drag balances weight: drag / 2 v^2 A = m g.
-  const MeshPlan mesh = {.points = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}}, .triangles = {{0, 1, 2}}, .mass = .2, .bending = false, .pinned = {}};
+  const MeshPlan mesh = {.points = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}},
+                         .triangles = {{0, 1, 2}},
+                         .mass = .2,
+                         .bending = false,
+                         .pinned = {}};
   Model<double> m = model(1. / 200, 1);
   m.drag = 1.3;
   Cloth<double> cloth = make_mesh(m, {}, mesh);
@@ -166,7 +174,8 @@ TEST(ClothVerlet, WindAlongAClothDoesNothingAndAcrossItItPushes) {
   serial::verlet(across);
   double force = 0;  // m a, of all particles
   for (int r = 0; r < 5; ++r)
-    for (int c = 0; c < 6; ++c) force += across.position.z[across.sheet.index(r, c)] / (m.time_step * m.time_step) * .1 / 30;
+    for (int c = 0; c < 6; ++c)
+      force += across.position.z[across.sheet.index(r, c)] / (m.time_step * m.time_step) * .1 / 30;
   EXPECT_NEAR(force, -.5 * 16 * (.4 * .5), 1e-12);  // drag / 2 v^2 A
 }
 
@@ -184,7 +193,8 @@ TEST(ClothCollide, NothingIsLeftInsideAnyBody) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> number(-1, 1);
   for (int i = 0; i < made.count; ++i)
-    for (Array<double>* x : {&made.position.x, &made.position.y, &made.position.z, &made.previous.x, &made.previous.y, &made.previous.z})
+    for (Array<double>* x :
+         {&made.position.x, &made.position.y, &made.position.z, &made.previous.x, &made.previous.y, &made.previous.z})
       (*x)[i] = made.inverse_mass[i] > 0 ? number(random) : 0;
   const Cloth<float> start = convert<float>(made);
   ASSERT_GT(verify::deepest_inside(bodies, start).depth, .2);
@@ -211,8 +221,8 @@ TEST(ClothCollide, APointOnTheAxisFindsAWayOut) {
 }
 
 TEST(ClothCollide, FrictionIsCoulombs) {
-  // Gravity pushes each particle g dt^2 into the floor in a step, so friction takes mu g dt of its velocity: it stops after
-  // v^2 / (2 mu g), but for what a step more or less makes, v dt.
+  // Gravity pushes each particle g dt^2 into the floor in a step, so friction takes mu g dt of its velocity: it stops
+  // after v^2 / (2 mu g), but for what a step more or less makes, v dt.
   const double dt = 1e-3, v = 2, mu = .4;
   Bodies<double> bodies;
   bodies.planes.push_back({{0, 1, 0}, 0});
@@ -226,7 +236,8 @@ TEST(ClothCollide, FrictionIsCoulombs) {
 
 // --- At rest
 
-// A rope of n links, hung from both ends, at rest: how far its particles are from the catenary of its length, at the most.
+// A rope of n links, hung from both ends, at rest: how far its particles are from the catenary of its length, at the
+// most.
 double distance_from_catenary(int links) {
   constexpr double length = 1, span = .7;
   // a solves 2 a sinh(span / 2a) = length.
@@ -239,7 +250,7 @@ double distance_from_catenary(int links) {
   const auto y_at = [&](double x) { return a * (std::cosh(x / a) - std::cosh(span / (2 * a))); };
 
   Model<double> m = model(1. / 480, 40 * links);
-  m.kept_velocity = .9;
+  m.velocity_factor = .9;
   SheetPlan rope = plan(1, links + 1, length / links);
   rope.pinned = {0, links};
   Cloth<double> cloth = make_sheet(m, {}, rope);
@@ -250,21 +261,25 @@ double distance_from_catenary(int links) {
   cloth.previous = cloth.position;
   for (int step = 0; step < 400; ++step) serial::step_original(cloth);
   double farthest = 0;
-  for (int i = 0; i <= links; ++i) farthest = std::max(farthest, std::abs(cloth.position.y[i] - y_at(cloth.position.x[i])));
+  for (int i = 0; i <= links; ++i)
+    farthest = std::max(farthest, std::abs(cloth.position.y[i] - y_at(cloth.position.x[i])));
   return farthest;
 }
 
 TEST(ClothRope, HangsInACatenaryToSecondOrder) {
-  // A chain of straight links is as far from the curve as a chord from its arc: proportional to the square of a link's length.
-  const double coarse = distance_from_catenary(8), middle = distance_from_catenary(16), fine = distance_from_catenary(32);
+  // A chain of straight links is as far from the curve as a chord from its arc: proportional to the square of a link's
+  // length.
+  const double coarse = distance_from_catenary(8), middle = distance_from_catenary(16),
+               fine = distance_from_catenary(32);
   EXPECT_NEAR(std::log2(coarse / middle), 2, .2);
   EXPECT_NEAR(std::log2(middle / fine), 2, .2);
   EXPECT_LT(fine, 1e-3);
 }
 
 TEST(ClothRope, HungFromOneEndItIsAsLongAsTheIterationsLeaveIt) {
-  // At rest a step is a fixed point: gravity lengthens the first link by g dt^2, and n sweeps bring that back. To first order in the
-  // strain a sweep is linear: a link's excess goes to its neighbours in halves, the first link's to the second whole.
+  // At rest a step is a fixed point: gravity lengthens the first link by g dt^2, and n sweeps bring that back. To first
+  // order in the strain a sweep is linear: a link's excess goes to its neighbours in halves, the first link's to the
+  // second whole.
   constexpr int links = 12, sweeps = 10;
   const double dt = 1. / 1000, spacing = .05;
   std::vector<double> excess(links, 0);
@@ -280,7 +295,7 @@ TEST(ClothRope, HungFromOneEndItIsAsLongAsTheIterationsLeaveIt) {
   }
 
   Model<double> m = model(dt, sweeps);
-  m.kept_velocity = .98;
+  m.velocity_factor = .98;
   SheetPlan rope = plan(links + 1, 1, spacing);
   rope.pinned = {0};
   Cloth<double> cloth = make_sheet(m, {}, rope);
@@ -289,7 +304,8 @@ TEST(ClothRope, HungFromOneEndItIsAsLongAsTheIterationsLeaveIt) {
   const double most = *std::max_element(excess.begin(), excess.end());
   double sum_2 = 0;
   for (int k = 0; k < links; ++k) {
-    EXPECT_NEAR(y(k) - y(k + 1) - spacing, excess[k], 3 * most * most / spacing) << k;  // the strain's square is neglected
+    EXPECT_NEAR(y(k) - y(k + 1) - spacing, excess[k], 3 * most * most / spacing)
+        << k;  // the strain's square is neglected
     sum_2 += std::pow((y(k) - y(k + 1)) / spacing - 1, 2);
   }
   EXPECT_GT(most, 1e-6);

@@ -1,5 +1,5 @@
-// The game cloth: both versions against each other on shapes that no scene has, long runs, batches, and the schedules that
-// the passes of openmp/ follow.
+// The game cloth: both versions against each other on shapes that no scene has, long runs, batches, and the schedules
+// that the passes of openmp/ follow.
 #include <gtest/gtest.h>
 #include <omp.h>
 
@@ -38,8 +38,17 @@ using verify::ClothForm;
 TEST(ClothTwins, AgreeToTheBitOnEveryShape) {
   std::mt19937 random(9);
   std::uniform_real_distribution<float> shift(-.004f, .004f);
-  for (const auto& [rows, columns] :
-       {std::pair{1, 33}, {33, 1}, {1, 2}, {2, 2}, {3, 5}, {17, 16}, {33, 47}, {100, 31}, {61, 130}, {3, 200}, {200, 3}})
+  for (const auto& [rows, columns] : {std::pair{1, 33},
+                                      {33, 1},
+                                      {1, 2},
+                                      {2, 2},
+                                      {3, 5},
+                                      {17, 16},
+                                      {33, 47},
+                                      {100, 31},
+                                      {61, 130},
+                                      {3, 200},
+                                      {200, 3}})
     for (const bool bending : {false, true}) {
       const Model<double> model = {.time_step = 1. / 60,
                                    .substeps = 1,
@@ -47,11 +56,12 @@ TEST(ClothTwins, AgreeToTheBitOnEveryShape) {
                                    .gravity = {0, -9.81, 0},
                                    .wind = {1, 2, 3},
                                    .drag = 1.2,
-                                   .kept_velocity = .99};
+                                   .velocity_factor = .99};
       Cloth<float> start = convert<float>(make_sheet(model, {}, plan(rows, columns, .02, bending)));
       for (int r = 0; r < rows; ++r)
         for (int c = 0; c < columns; ++c)
-          for (Array<float>* x : {&start.position.x, &start.position.y, &start.position.z}) (*x)[start.sheet.index(r, c)] += shift(random);
+          for (Array<float>* x : {&start.position.x, &start.position.y, &start.position.z})
+            (*x)[start.sheet.index(r, c)] += shift(random);
       for (const ClothForm& form : cloth_forms) {
         if (!form.openmp_step) continue;
         Cloth<float> serial = start;
@@ -140,7 +150,8 @@ Units some_units(int rows, bool halves) {
 void expect_in_order(const Units& units, const Units& sequence) {
   ASSERT_EQ(sequence.size(), units.size());
   const auto place = [&](const Unit& unit) {
-    return std::find_if(sequence.begin(), sequence.end(), [&](const Unit& u) { return u.pass == unit.pass && u.begin == unit.begin; });
+    return std::find_if(sequence.begin(), sequence.end(),
+                        [&](const Unit& u) { return u.pass == unit.pass && u.begin == unit.begin; });
   };
   for (std::size_t k = 0; k < units.size(); ++k) {
     ASSERT_NE(place(units[k]), sequence.end());
@@ -176,7 +187,8 @@ TEST(ClothSchedule, StagesKeepTheOrderOfPassesAndIterations) {
     Units sequence;
     for (const Units& stage : stages) sequence.insert(sequence.end(), stage.begin(), stage.end());
     expect_in_order(units, sequence);
-    // Bands two apart run at the same time; those of the next iteration that touch a band come later if they are at most one above.
+    // Bands two apart run at the same time; those of the next iteration that touch a band come later if they are at
+    // most one above.
     for (std::size_t i = 0; i < stages.size(); ++i)
       for (std::size_t j = i + 2; j < stages.size(); ++j)
         for (const Unit& a : stages[i])

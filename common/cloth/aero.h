@@ -28,7 +28,8 @@ template <class Real, class V>
   return s * n;
 }
 
-// Where a particle is one time step later. `force`, N, is the sum over its triangles: each gives a third to each corner.
+// Where a particle is one time step later. `force`, N, is the sum over its triangles: each gives a third to each
+// corner.
 template <class Real, class V>
 [[gnu::always_inline]] inline Vector3<V> next_position(const Model<Real>& model, const Particle<V>& p, V inverse_mass,
                                                        const Vector3<V>& force) {
@@ -36,7 +37,7 @@ template <class Real, class V>
   const V third_w = inverse_mass * Real(1. / 3);
   const Vector3<V> acceleration = gravity + third_w * force;
   const Vector3<V> next =
-      p.position + model.kept_velocity * p.moved + (model.time_step * model.time_step) * acceleration;
+      p.position + model.velocity_factor * p.moved + (model.time_step * model.time_step) * acceleration;
   return select(inverse_mass > V(0), next, p.position);
 }
 

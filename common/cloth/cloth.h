@@ -1,7 +1,9 @@
-// The whole state of a game cloth: particles, what ties them together, what blows at them and what they must stay out of.
+// The whole state of a game cloth: particles, constraints between them, triangles for the wind, and bodies to collide
+// with.
 //
-// A cloth is a sheet (particles on a grid of rows and columns, a rope being one row) or a triangle mesh. Both keep the same
-// lists of constraints and triangles; a sheet's regular ties can be walked without them, which is what lanes need.
+// A cloth is a sheet (particles on a grid of rows and columns; a rope is one row) or a triangle mesh. Both hold the
+// same lists of constraints and triangles. A sheet's constraints also follow from its grid, without a list, which is
+// what lanes need.
 //
 // Source: [Jakobsen 2001]; [LRB08] "Cloth Simulation"; [ITJ07] "Game Cloth".
 #pragma once
@@ -16,38 +18,40 @@
 
 namespace lockstep::cloth {
 
-// What a step is made of. Units: m, kg, s.
+// The parameters of a step. Units: m, kg, s.
 template <class Real>
 struct Model {
-  Real time_step;         // s, of a substep: what Verlet advances by
-  int substeps;           // a step, each verlet, relax, collide
-  int iterations;         // of the relaxation, a substep
+  Real time_step;         // s, of a substep
+  int substeps;           // of a step; each is verlet, relax, collide
+  int iterations;         // of the relaxation in a substep
   Vector3<Real> gravity;  // m/s^2
   Vector3<Real> wind;     // m/s, the velocity of the air
   Real drag;              // kg/m^3: air density times drag coefficient; 0 for no air
-  Real kept_velocity;     // 0 .. 1: what a substep leaves of a particle's velocity
+  Real velocity_factor;   // 0 .. 1: damping, by which each substep multiplies velocities
 };
 
-// The grid of a sheet. Particle (row, column) stands at index row * pitch + column of every array; rows are padded to whole
-// vectors by particles that nothing moves (inverse mass 0, at the origin). A mesh has rows = 0.
+// The grid of a sheet. Particle (row, column) is at index row * pitch + column of every array; rows are padded to whole
+// vectors by pinned particles (inverse mass 0, at the origin). A mesh has rows = 0.
 struct Sheet {
   int rows = 0, columns = 0, pitch = 0;
 
   int index(int row, int column) const { return row * pitch + column; }
 };
 
-// Constraints of one kind between particles of a sheet: each ties particle (r, c) to (r + down, c + right), wherever both are.
+// Constraints of one kind between particles of a sheet: one between (r, c) and (r + down, c + right) wherever both
+// exist.
 template <class Real>
 struct Family {
   int down, right;
-  Real rest_2;  // m^2: the square of the distance they keep
+  Real rest_2;  // m^2: the square of their rest length
 };
 
-// Colours of a family's constraints: 0 or 1 by the row they begin in, or, where they stay in their row, by the column. The colour
-// changes after as many rows (columns) as they reach, so that no two of one colour share a particle.
+// Colours of a family's constraints: 0 or 1 by the row they begin in, or, where they stay in their row, by the column.
+// The colour changes every `down` rows (`right` columns), so that no two constraints of one colour share a particle.
 inline constexpr int every_colour = -1;
 
-// Distance constraints as a list: constraint k keeps particles a[k] and b[k] at the distance whose square is rest_2[k].
+// Distance constraints as a list: the rest length of constraint k, between particles a[k] and b[k], squared is
+// rest_2[k].
 template <class Real>
 struct Constraints {
   Array<std::int32_t> a, b;
@@ -55,7 +59,7 @@ struct Constraints {
   int count = 0;
 };
 
-// Solid bodies, which do not move. Inside means nearer than `thickness` to them, which the loader has added to their sizes.
+// Solid bodies, which do not move. The loader has added the scene's `thickness` to their sizes.
 template <class Real>
 struct Plane {
   Vector3<Real> normal;  // of length 1
@@ -88,10 +92,10 @@ struct Cloth {
 
   int count = 0;             // particles, a sheet's padding among them
   Vectors<Real> position;    // m
-  Vectors<Real> previous;    // m: the positions one substep ago, which are what velocity is kept in
-  Array<Real> inverse_mass;  // 1/kg; 0 for a pinned particle, which nothing moves
-  // N: scratch of verlet, a force a triangle. Of a sheet there is room for 2 (rows + 1) (pitch + 16), which is how openmp/ lays them
-  // out: squares row by row with room around them, so that sixteen are loaded at once without asking where the sheet ends.
+  Vectors<Real> previous;    // m: the positions one substep ago; the difference is the velocity times the time step
+  Array<Real> inverse_mass;  // 1/kg; 0 for a pinned particle, which does not move
+  // N: scratch of verlet, a force a triangle. A sheet has room for 2 (rows + 1) (pitch + 16), the layout of openmp/:
+  // squares row by row with a border of zeros, so that sixteen are loaded at once without a test for the sheet's edge.
   Vectors<Real> force;
 
   Sheet sheet;

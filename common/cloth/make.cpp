@@ -16,13 +16,13 @@ void allocate(Cloth<double>& cloth, int count) {
   cloth.inverse_mass.resize(padded(count));
 }
 
-// Adding 0 turns -0 into 0. A pinned particle is then left alone, to the bit, by adding a correction of 0 of either sign.
+// Adding 0 turns -0 into 0. So adding a correction of 0 of either sign leaves a pinned particle alone to the bit.
 void place(Cloth<double>& cloth, int i, Vector3<double> point) {
   cloth.position.x[i] = point.x + 0, cloth.position.y[i] = point.y + 0, cloth.position.z[i] = point.z + 0;
 }
 
-// Ties a and b unless nothing moves either.
-void tie(Cloth<double>& cloth, int a, int b, double rest_2) {
+// Adds a constraint between a and b, unless both are pinned.
+void constrain(Cloth<double>& cloth, int a, int b, double rest_2) {
   if (cloth.inverse_mass[a] == 0 && cloth.inverse_mass[b] == 0) return;
   Constraints<double>& list = cloth.constraints;
   list.a.push_back(a), list.b.push_back(b), list.rest_2.push_back(rest_2);
@@ -42,7 +42,8 @@ void finish(Cloth<double>& cloth) {
     batched.a.push_back(list.a[k]), batched.b.push_back(list.b[k]), batched.rest_2.push_back(list.rest_2[k]);
   cloth.batch_begin.assign(batches.begin.begin(), batches.begin.end());
   for (Constraints<double>* constraints : {&list, &batched}) {
-    constraints->a.resize(padded(list.count)), constraints->b.resize(padded(list.count)), constraints->rest_2.resize(padded(list.count));
+    constraints->a.resize(padded(list.count)), constraints->b.resize(padded(list.count)),
+        constraints->rest_2.resize(padded(list.count));
   }
 
   const int triangles = static_cast<int>(cloth.triangles.size());
@@ -64,11 +65,14 @@ Constraints<To> convert(const Constraints<From>& c) {
 template <class To, class From>
 Bodies<To> convert(const Bodies<From>& b) {
   Bodies<To> bodies;
-  for (const auto& plane : b.planes) bodies.planes.push_back({convert<To>(plane.normal), static_cast<To>(plane.offset)});
-  for (const auto& c : b.capsules) bodies.capsules.push_back({convert<To>(c.from), convert<To>(c.to), static_cast<To>(c.radius)});
+  for (const auto& plane : b.planes)
+    bodies.planes.push_back({convert<To>(plane.normal), static_cast<To>(plane.offset)});
+  for (const auto& c : b.capsules)
+    bodies.capsules.push_back({convert<To>(c.from), convert<To>(c.to), static_cast<To>(c.radius)});
   for (const auto& box : b.boxes)
-    bodies.boxes.push_back(
-        {convert<To>(box.centre), convert<To>(box.half), {convert<To>(box.axis[0]), convert<To>(box.axis[1]), convert<To>(box.axis[2])}});
+    bodies.boxes.push_back({convert<To>(box.centre),
+                            convert<To>(box.half),
+                            {convert<To>(box.axis[0]), convert<To>(box.axis[1]), convert<To>(box.axis[2])}});
   bodies.friction = static_cast<To>(b.friction);
   return bodies;
 }
@@ -103,12 +107,12 @@ Cloth<double> make_sheet(const Model<double>& model, const Bodies<double>& bodie
 
   for (int r = 0; r < rows; ++r)
     for (int c = 0; c < columns; ++c) {
-      const auto tie_to = [&](int down, int right) {
+      const auto constrain_to = [&](int down, int right) {
         if (r + down < rows && c + right >= 0 && c + right < columns)
-          tie(cloth, sheet.index(r, c), sheet.index(r + down, c + right), family(down, right).rest_2);
+          constrain(cloth, sheet.index(r, c), sheet.index(r + down, c + right), family(down, right).rest_2);
       };
-      tie_to(0, 1), tie_to(1, 0), tie_to(1, 1), tie_to(1, -1);
-      if (plan.bending) tie_to(0, 2), tie_to(2, 0);
+      constrain_to(0, 1), constrain_to(1, 0), constrain_to(1, 1), constrain_to(1, -1);
+      if (plan.bending) constrain_to(0, 2), constrain_to(2, 0);
     }
 
   for (int r = 0; r + 1 < rows; ++r)
@@ -133,21 +137,23 @@ Cloth<double> make_mesh(const Model<double>& model, const Bodies<double>& bodies
   for (const int i : plan.pinned) cloth.inverse_mass[i] = 0;
   cloth.triangles = plan.triangles;
 
-  const auto tie_points = [&](int a, int b) { tie(cloth, a, b, dot(plan.points[b] - plan.points[a], plan.points[b] - plan.points[a])); };
+  const auto constrain_points = [&](int a, int b) {
+    constrain(cloth, a, b, dot(plan.points[b] - plan.points[a], plan.points[b] - plan.points[a]));
+  };
   std::map<std::pair<int, int>, int> far_corner;  // of the last triangle at an edge
   std::vector<std::pair<int, int>> bends;
   for (const Triangle& t : plan.triangles)
     for (const auto [a, b, far] : {Triangle{t.a, t.b, t.c}, {t.b, t.c, t.a}, {t.c, t.a, t.b}}) {
       const auto [edge, is_new] = far_corner.try_emplace(std::minmax(a, b), far);
       if (is_new) {
-        tie_points(a, b);
+        constrain_points(a, b);
       } else if (edge->second != far) {
         bends.push_back({edge->second, far});
         edge->second = far;
       }
     }
   if (plan.bending)
-    for (const auto& [a, b] : bends) tie_points(a, b);
+    for (const auto& [a, b] : bends) constrain_points(a, b);
   finish(cloth);
   return cloth;
 }
@@ -156,9 +162,13 @@ template <class To, class From>
 Cloth<To> convert(const Cloth<From>& c) {
   const Model<From>& m = c.model;
   Cloth<To> to;
-  to.model = {static_cast<To>(m.time_step),    m.substeps,          m.iterations,
-              convert<To>(m.gravity),          convert<To>(m.wind), static_cast<To>(m.drag),
-              static_cast<To>(m.kept_velocity)};
+  to.model = {static_cast<To>(m.time_step),
+              m.substeps,
+              m.iterations,
+              convert<To>(m.gravity),
+              convert<To>(m.wind),
+              static_cast<To>(m.drag),
+              static_cast<To>(m.velocity_factor)};
   to.bodies = convert<To>(c.bodies);
   to.count = c.count;
   to.position = convert<To>(c.position);
@@ -166,7 +176,8 @@ Cloth<To> convert(const Cloth<From>& c) {
   to.inverse_mass = convert<To>(c.inverse_mass);
   to.force = convert<To>(c.force);
   to.sheet = c.sheet;
-  for (const Family<From>& family : c.families) to.families.push_back({family.down, family.right, static_cast<To>(family.rest_2)});
+  for (const Family<From>& family : c.families)
+    to.families.push_back({family.down, family.right, static_cast<To>(family.rest_2)});
   to.constraints = convert<To>(c.constraints);
   to.batched = convert<To>(c.batched);
   to.batch_begin = c.batch_begin;

@@ -1,4 +1,4 @@
-// A distance constraint enforced, written once: for numbers in serial/, for sixteen lanes in openmp/.
+// The projection of a distance constraint, written once: for numbers in serial/, for sixteen lanes in openmp/.
 #pragma once
 
 #include "common/math.h"
@@ -12,11 +12,13 @@ struct Point {
   V w;  // inverse mass
 };
 
-// Moves two particles along the line between them towards the distance whose square is rest_2, each by its share of inverse mass.
+// Moves two particles along the line between them towards their rest length, whose square is rest_2, each in proportion
+// to its inverse mass.
 //
-// With d = b - a and rest length L, d (|d| - L) / |d| is the whole way; this is d (|d|^2 - L^2) / (|d|^2 + L^2), the same to first
-// order in |d| - L, and needs no square root [Jakobsen 2001]. It moves the particles too little where the constraint is far from
-// kept: a link twice too long comes out at .8 L, one pulled to a point stays one. Nothing moves where both are pinned.
+// With d = b - a and rest length L, the exact correction is d (|d| - L) / |d|. This is d (|d|^2 - L^2) / (|d|^2 + L^2),
+// equal to first order in |d| - L, without a square root [Jakobsen 2001]. It is too small where the constraint is far
+// from satisfied: a link twice too long comes out at .8 L, and coincident particles stay where they are. Nothing moves
+// where both are pinned.
 template <class V>
 [[gnu::always_inline]] inline void project(Point<V>& a, Point<V>& b, V rest_2) {
   const V dx = b.x - a.x, dy = b.y - a.y, dz = b.z - a.z;

@@ -1,9 +1,9 @@
 // Particles pushed out of one solid body, with friction, written once: for numbers in serial/, for sixteen lanes in
 // openmp/.
 //
-// A body says of a point how deep it is inside and which way is out (its penetration depth and contact normal); all else
-// is the same for all bodies. Velocity is what a particle has moved in the last step, so moving it is all that collision
-// has to do: pushing it out stops it, and taking back what it slid is friction.
+// A body says of a point how deep it is inside and which way is out (its penetration depth and contact normal); all
+// else is the same for all bodies. Velocity is what a particle has moved in the last step, so moving it is all that
+// collision has to do: pushing it out stops it, and taking back what it slid is friction.
 #pragma once
 
 #include "common/cloth/cloth.h"
@@ -58,8 +58,8 @@ template <class V, class Real>
   return {depth, select(depth == depth_u, sign(along_u) * u, by_v_or_w)};
 }
 
-// Pushes the active particles that are inside of the body out of it, and says which were inside. `start` is where they were
-// when the step began. Mask is bool or maskv.
+// Pushes the active particles that are inside of the body out of it, and says which were inside. `start` is where they
+// were when the step began. Mask is bool or maskv.
 template <class Body, class Real, class V, class Mask>
 [[gnu::always_inline]] inline Mask push_out(const Body& body, Real friction, const Vector3<V>& start, Mask active,
                                             Vector3<V>& position) {

@@ -1,4 +1,4 @@
-// How far a cloth is from keeping its constraints.
+// How far a cloth is from satisfying its constraints.
 #pragma once
 
 #include <cmath>
@@ -7,7 +7,7 @@
 
 namespace lockstep::cloth {
 
-// The root mean square, over all constraints, of |d| / L - 1: by what fraction each is too long or too short. Computed in double.
+// The root mean square of the strain |d| / L - 1 over all constraints. Computed in double.
 template <class Real>
 double residual(const Cloth<Real>& cloth) {
   const Constraints<Real>& list = cloth.constraints;

@@ -40,7 +40,7 @@ Model<double> read_model(const toml::table& scene) {
           .gravity = vector(scene, "gravity", "m/s^2").value_or(Vector3<double>{0, -9.81, 0}),
           .wind = vector(scene, "wind", "m/s").value_or(Vector3<double>{0, 0, 0}),
           .drag = not_negative(scene, "drag", ", in kg/m^3"),
-          .kept_velocity = std::exp(-not_negative(scene, "damping", ", in 1/s") * time_step)};
+          .velocity_factor = std::exp(-not_negative(scene, "damping", ", in 1/s") * time_step)};
 }
 
 // --- Bodies

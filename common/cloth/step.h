@@ -1,5 +1,4 @@
-// Contract: one step of the game cloth: substeps of verlet, relax with model.iterations iterations, collide. What a step may spend
-// goes to iterations or to substeps.
+// Contract: one step of the game cloth: model.substeps times verlet, relax with model.iterations iterations, collide.
 //
 // In, out: cloth; no particle is left inside a body. chains and colours are for sheets.
 // Source:  [Jakobsen 2001]; [LRB08] "Cloth Simulation" and Figure 2.

@@ -1,9 +1,10 @@
-// The grid cut into blocks that need nothing of one another: each is padded by the width of the band, and a little more. What padding costs
-// is that points are worked on more than once.
+// The grid cut into independent blocks: each is padded by the width of the band, and a little more. The price of
+// padding is that some points are computed more than once.
 //
-// The band alone is enough for the interface points that a block's distances come from, but not for all points that they come by: where
-// the front is nearly parallel to an axis, a distance also depends, by a share that falls with every step, on points beside it. Band
-// plus one left differences of .003 h (spheres and box at 128^3), plus two .0003 h, plus three .00008 h, plus four none beyond rounding.
+// The band alone is enough for the interface points that a block's distances come from, but not for all points that
+// they come by: where the front is nearly parallel to an axis, a distance also depends, by a share that falls with
+// every step, on points beside it. Band plus one left differences of .003 h (spheres and box at 128^3), plus two .0003
+// h, plus three .00008 h, plus four none beyond rounding.
 //
 // Source: [ITJ07] Figure 7.
 #pragma once
@@ -23,15 +24,16 @@ struct Block {
   std::vector<Point> interface;         // the interface points in the padded block, in the order of the field
 };
 
-// A good size of blocks along each axis, padding apart. In a narrow band a padded block keeps a few percent of its points busy, which the
-// second-level cache holds. It does not depend on the number of threads, so results do not.
+// A good size of blocks along each axis, without padding. In a narrow band only a few percent of a padded block's
+// points are visited, and those fit the second-level cache. The size does not depend on the number of threads, so
+// results do not.
 inline constexpr int block_size = 64;
 
-// How far a padded block reaches beyond the band, in steps.
+// By how much the padding is wider than the band, in grid steps.
 inline constexpr int beside = 5;
 
-// The blocks that an interface point comes near enough to, in the order of the grid; the distances of others are `far`, and stay so. An
-// infinite band makes one block.
+// The blocks with an interface point in their padding or in themselves, in the order of the grid; all distances of
+// other blocks are `far`, and stay so. An infinite band makes one block.
 template <class Real>
 std::vector<Block> make_blocks(const Distances<Real>& distances, Real band, int size) {
   const Field<Real>& d = distances.distance;
@@ -42,7 +44,9 @@ std::vector<Block> make_blocks(const Distances<Real>& distances, Real band, int 
   const int bx = blocks_along(d.nx), by = blocks_along(d.ny), bz = blocks_along(d.nz);
 
   const auto own = [&](int b, int n) -> Extent { return {b * size, std::min((b + 1) * size, n)}; };
-  const auto pad = [&](Extent e, int n) -> Extent { return {std::max(e.begin - padding, 0), std::min(e.end + padding, n)}; };
+  const auto pad = [&](Extent e, int n) -> Extent {
+    return {std::max(e.begin - padding, 0), std::min(e.end + padding, n)};
+  };
   std::vector<Block> blocks;
   for (int k = 0; k < bz; ++k)
     for (int j = 0; j < by; ++j)
@@ -56,19 +60,21 @@ std::vector<Block> make_blocks(const Distances<Real>& distances, Real band, int 
     const auto last = [&](int i, int n) { return std::min((i + padding) / size, n - 1); };
     for (int k = first(p.z); k <= last(p.z, bz); ++k)
       for (int j = first(p.y); j <= last(p.y, by); ++j)
-        for (int i = first(p.x); i <= last(p.x, bx); ++i) blocks[(static_cast<std::size_t>(k) * by + j) * bx + i].interface.push_back(p);
+        for (int i = first(p.x); i <= last(p.x, bx); ++i)
+          blocks[(static_cast<std::size_t>(k) * by + j) * bx + i].interface.push_back(p);
   }
   std::erase_if(blocks, [](const Block& block) { return block.interface.empty(); });
   return blocks;
 }
 
-// The padded block as a grid of its own, with the interface points in it and their distances; all else is `far`.
+// The padded block as a grid of its own, with the interface points in it and their distances; all other points are
+// `far`.
 template <class Real>
 Distances<Real> cut_out(const Distances<Real>& distances, const Block& block) {
   const Extent bx = block.padded_x, by = block.padded_y, bz = block.padded_z;
-  Distances<Real> padded{
-      .distance = make_field<Real>(bx.end - bx.begin, by.end - by.begin, bz.end - bz.begin, distances.distance.spacing, far<Real>),
-      .interface = {}};
+  Distances<Real> padded{.distance = make_field<Real>(bx.end - bx.begin, by.end - by.begin, bz.end - bz.begin,
+                                                      distances.distance.spacing, far<Real>),
+                         .interface = {}};
   for (const auto& [x, y, z] : block.interface) {
     padded.interface.push_back({x - bx.begin, y - by.begin, z - bz.begin});
     padded.distance(x - bx.begin, y - by.begin, z - bz.begin) = distances.distance(x, y, z);
@@ -81,7 +87,8 @@ template <class Real>
 void put_back(const Distances<Real>& padded, const Block& block, Distances<Real>& distances) {
   for (int z = block.z.begin; z < block.z.end; ++z)
     for (int y = block.y.begin; y < block.y.end; ++y) {
-      const Real* const from = &padded.distance(block.x.begin - block.padded_x.begin, y - block.padded_y.begin, z - block.padded_z.begin);
+      const Real* const from =
+          &padded.distance(block.x.begin - block.padded_x.begin, y - block.padded_y.begin, z - block.padded_z.begin);
       std::copy(from, from + (block.x.end - block.x.begin), &distances.distance(block.x.begin, y, z));
     }
 }

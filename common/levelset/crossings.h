@@ -1,8 +1,10 @@
-// Where the interface crosses the axes beside a point, written once: for numbers in serial/, for sixteen lanes in openmp/.
+// Where the interface crosses the axes beside a point, written once: for numbers in serial/, for sixteen lanes in
+// openmp/.
 //
 // From a point, the interface crosses an axis at theta spacings, as linear interpolation between the point and its
-// neighbour has it: 1 / theta = 1 + |phi of the neighbour| / |phi|. So the nearer crossing of an axis is the one towards the
-// greater |phi|, and the plane through the crossings is at h / sqrt(sum 1 / theta^2): nothing is divided by a small theta.
+// neighbour has it: 1 / theta = 1 + |phi of the neighbour| / |phi|. So the nearer crossing of an axis is the one
+// towards the greater |phi|, and the plane through the crossings is at h / sqrt(sum 1 / theta^2): nothing is divided by
+// a small theta.
 #pragma once
 
 #include "common/math.h"
@@ -10,8 +12,8 @@
 
 namespace lockstep::levelset {
 
-// How far phi is from zero on the other side of the interface, at the farther of two neighbours along an axis; negative where
-// both are on this side.
+// How far phi is from zero on the other side of the interface, at the farther of two neighbours along an axis; negative
+// where both are on this side.
 template <class V>
 [[gnu::always_inline]] inline V other_side(V phi, V before, V after) {
   return select(phi < V(0), max(before, after), max(-before, -after));

@@ -9,8 +9,9 @@ namespace lockstep::levelset {
 //
 //   sum of ((u - v) / h)^2 = 1 over those v of a, b, c that are less than u.
 //
-// Sorted, a <= b <= c. With v - a for v, nothing cancels. b counts if one term alone leads beyond it, a + h > b; c if two do,
-// which is where the two-term sum at u = c is below 1. One square root, and no division but by 1, 2 or 3. V is a number, or lanes.
+// Sort so that a <= b <= c. Using v - a instead of v avoids cancellation. b counts if the one-term solution lies beyond
+// it, a + h > b; c if the two-term solution does, which is where the two-term sum at u = c is below 1. One square root,
+// and divisions by 1, 2 or 3 only. V is a number, or lanes.
 template <class V>
 [[gnu::always_inline]] inline V upwind(V a, V b, V c, V h) {
   const V low = min(a, b), high = max(a, b);

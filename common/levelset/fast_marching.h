@@ -1,15 +1,16 @@
 // Contract: distances of all points within `band` of the interface, by the Fast Marching Method.
 //
-// First-order upwind (common/levelset/eikonal.h) from the interface's points, whose distances stand. What comes out farther than
-// `band` is `far`; an infinite band reaches all points that there are.
+// First-order upwind (common/levelset/eikonal.h) from the interface points, whose distances are fixed. Points farther
+// than `band` come out `far`; an infinite band reaches all points.
 //
-//   heap     the point nearest to the interface among those not yet passed comes next; a binary heap finds it.
-//   blocks   the grid is cut into blocks of `size` points a side (common/levelset/blocks.h), each padded by the band and a little more;
-//   each
-//            block is marched on its own.
+//   heap     the trial point nearest to the interface is accepted next; a binary heap finds it.
+//   blocks   the grid is cut into blocks of `size` points a side (common/levelset/blocks.h), each padded by the band
+//            and a little more; each block is marched on its own.
 //
-// In, out: distances, as initialize leaves them. In: band, m, > 0; size, > 0.
-// Source:  [ITJ07] Figures 6 and 7; Sethian, A fast marching level set method for monotonically advancing fronts, PNAS 93 (1996).
+// In, out: distances, as initialize leaves them.
+// In:      band, m, > 0; size, > 0.
+// Source:  [ITJ07] Figures 6 and 7; Sethian, A fast marching level set method for monotonically advancing fronts, PNAS
+//          93 (1996).
 #pragma once
 
 #include "common/levelset/field.h"

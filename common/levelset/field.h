@@ -10,8 +10,8 @@
 
 namespace lockstep::levelset {
 
-// Points (x, y, z), 0 <= x < nx and so on, `spacing` metres apart. Owns its values: that of (x, y, z) is value[index(x, y, z)]. Lines
-// along x are padded for lanes, left and right, by at least sixteen values that no kernel changes.
+// Points (x, y, z), 0 <= x < nx and so on, `spacing` metres apart. Owns its values: that of (x, y, z) is value[index(x,
+// y, z)]. Lines along x are padded for lanes, left and right, by at least sixteen values that no kernel changes.
 template <class Real>
 struct Field {
   int nx = 0, ny = 0, nz = 0;
@@ -28,7 +28,12 @@ struct Field {
 
 template <class Real>
 Field<Real> make_field(int nx, int ny, int nz, Real spacing, Real fill) {
-  Field<Real> field{.nx = nx, .ny = ny, .nz = nz, .spacing = spacing, .pitch = (nx + 15) / 16 * 16 + 2 * Field<Real>::padding, .value = {}};
+  Field<Real> field{.nx = nx,
+                    .ny = ny,
+                    .nz = nz,
+                    .spacing = spacing,
+                    .pitch = (nx + 15) / 16 * 16 + 2 * Field<Real>::padding,
+                    .value = {}};
   field.value.assign(static_cast<std::size_t>(ny) * nz * field.pitch + 2 * Field<Real>::padding, fill);
   return field;
 }
@@ -37,14 +42,15 @@ struct Point {
   std::int32_t x, y, z;
 };
 
-// The distance of points from an interface, on its way from `far` to the answer.
+// The distances of points from an interface, as far as they are known.
 template <class Real>
 struct Distances {
-  Field<Real> distance;          // m, >= 0; `far` where it is not known
-  std::vector<Point> interface;  // the points beside the interface, in the order of the field; their distances stand
+  Field<Real> distance;  // m, >= 0; `far` where it is not known
+  std::vector<Point>
+      interface;  // the points beside the interface, in the order of the field; their distances are fixed
 };
 
-// What is farther than anything, and still can be squared.
+// A distance greater than any, whose square is still finite.
 template <class Real>
 inline constexpr Real far = Real(1e18);
 

@@ -1,5 +1,5 @@
-// The front of the Fast Marching Method: which points it has accepted, and a binary heap of the trial points beside it, the
-// nearest first. Each trial point knows its place in the heap, so that it rises when its distance falls.
+// The front of the Fast Marching Method: which points it has accepted, and a binary heap of the trial points beside it,
+// the nearest first. Each trial point knows its place in the heap, so that it rises when its distance falls.
 //
 // Source: Sethian, A fast marching level set method for monotonically advancing fronts, PNAS 93 (1996).
 #pragma once
@@ -63,7 +63,8 @@ class Front {
 
   void rise(int place) {
     const Entry entry = heap_[place];
-    for (int above = (place - 1) / 2; place > 0 && entry < heap_[above]; place = above, above = (place - 1) / 2) put(place, heap_[above]);
+    for (int above = (place - 1) / 2; place > 0 && entry < heap_[above]; place = above, above = (place - 1) / 2)
+      put(place, heap_[above]);
     put(place, entry);
   }
 

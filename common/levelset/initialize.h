@@ -1,15 +1,15 @@
 // Contract: the points beside the interface phi = 0, and their distances from it.
 //
-// A point is beside the interface if phi there is 0 or has another sign (of the three -, 0, +) than at one of its up to six neighbours;
-// along an axis, it then crosses at theta = |phi| / (|phi| + |phi of the neighbour|) of the spacing. With the nearest crossing along each
-// axis that has one, the plane through the crossings is at the distance 1 / sqrt(sum 1 / theta^2): exact, whatever the slope of phi,
-// for a plane that it crosses along each axis that the plane is not parallel to, and else too large by less than h. All other points
-// come out `far`.
+// A point is beside the interface if phi there is 0 or has another sign (of the three -, 0, +) than at one of its up to
+// six neighbours. Along that axis the interface is at theta = |phi| / (|phi| + |phi of the neighbour|) of the spacing.
+// Take the nearest crossing along each axis that has one: the plane through them is at the distance 1 / sqrt(sum 1 /
+// theta^2). This is exact, whatever the slope of phi, for a plane with a crossing along each axis that it is not
+// parallel to; otherwise it is too large by less than h. All other points come out `far`.
 //
-// In:      phi, a value of either sign at every point; only its zero matters, not its slope. Finite.
+// In:      phi, finite, a value of either sign at every point; only where it is zero matters, not its slope.
 // Out:     distances, of the same size: distance (m) and interface.
-// Source:  [ITJ07] uses the distances "for a narrow band around the interface"; the formula is from Adalsteinsson and Sethian,
-//          The fast construction of extension velocities in level set methods, J. Comput. Phys. 148 (1999).
+// Source:  [ITJ07] uses the distances "for a narrow band around the interface"; the formula is from Adalsteinsson and
+//          Sethian, The fast construction of extension velocities in level set methods, J. Comput. Phys. 148 (1999).
 #pragma once
 
 #include "common/levelset/field.h"

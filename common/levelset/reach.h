@@ -1,10 +1,12 @@
-// Which points can come out within the band: those no farther than the band, along each axis, from some interface point.
+// Which points can come out within the band: those no farther than the band, along each axis, from some interface
+// point.
 //
-// Lower bound: a point k grid steps from every interface point along some axis has distance >= k h (the field that grows by
-// h per step along that axis lies below every solution). So points with k h > band are skipped. In a narrow band that is
-// most of the grid.
+// Lower bound: a point k grid steps from every interface point along some axis has distance >= k h (the field that
+// grows by h per step along that axis lies below every solution). So points with k h > band are skipped. In a narrow
+// band that is most of the grid.
 //
-// The points are found as bits, 64 to a word: marked around the interface points along x, then spread along y, then along z.
+// The points are found as bits, 64 to a word: marked around the interface points along x, then spread along y, then
+// along z.
 #pragma once
 
 #include <algorithm>
@@ -23,8 +25,8 @@ struct Extent {
   int begin, end;
 };
 
-// Along every line z * ny + y, the points within reach: extents[begin[line]] .. extents[begin[line + 1] - 1], in order and
-// apart.
+// Along every line z * ny + y, the points within reach: extents[begin[line]] .. extents[begin[line + 1] - 1], in order
+// and apart.
 struct Reach {
   std::vector<Extent> extents;
   std::vector<int> begin;

@@ -42,9 +42,10 @@ struct AlongRows {
   Family<float> next = {0, 0, 0}, bending = {0, 0, 0};  // tied one apart, and two apart
 };
 
-// Both passes along n <= 16 rows, from `row` on. The second pass, two apart, follows the first by two columns: that is all
-// it waits for, and the two chains hide some of each other's latency.
-inline void enforce_chains_along(const Rows& rows, const Sheet& sheet, int row, int n, const AlongRows& families, Across& across) {
+// Both passes along n <= 16 rows, from `row` on. The second pass, two apart, follows the first by two columns: that is
+// all it waits for, and the two chains hide some of each other's latency.
+inline void enforce_chains_along(const Rows& rows, const Sheet& sheet, int row, int n, const AlongRows& families,
+                                 Across& across) {
   const int first = row * rows.pitch;
   const auto [x, y, z] = rows.position;
   transpose_in(x + first, rows.pitch, n, across.x.data());
@@ -52,7 +53,9 @@ inline void enforce_chains_along(const Rows& rows, const Sheet& sheet, int row, 
   transpose_in(z + first, rows.pitch, n, across.z.data());
   transpose_in(rows.inverse_mass + first, rows.pitch, n, across.inverse_mass.data());
   const Rows columns = across.columns();
-  const auto enforce = [&](int c, int d, floatv rest_2) { enforce_between(columns, c * lanes, d * lanes, lanes, rest_2); };
+  const auto enforce = [&](int c, int d, floatv rest_2) {
+    enforce_between(columns, c * lanes, d * lanes, lanes, rest_2);
+  };
   const bool bending = families.bending.right != 0;
   for (int c = 0; c + 1 < sheet.columns; ++c) {
     enforce(c, c + 1, families.next.rest_2);

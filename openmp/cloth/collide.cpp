@@ -1,5 +1,5 @@
-// Particles are pushed out of solid bodies, with friction (common/cloth/push_out.h): round after round, until a round finds
-// a particle in none of them.
+// Particles are pushed out of solid bodies, with friction (common/cloth/push_out.h): round after round, until a round
+// finds a particle in none of them.
 //
 // Sixteen particles at once. A lane stays active from round to round as long as its particle was inside something.
 //
@@ -33,7 +33,8 @@ void collide(Cloth<Real>& cloth) {
       const Mask active = inside;
       inside = first_lanes(0);
       for (const Plane<Real>& plane : bodies.planes) inside |= push_out(plane, friction, start, active, position);
-      for (const Capsule<Real>& capsule : bodies.capsules) inside |= push_out(capsule, friction, start, active, position);
+      for (const Capsule<Real>& capsule : bodies.capsules)
+        inside |= push_out(capsule, friction, start, active, position);
       for (const Box<Real>& box : bodies.boxes) inside |= push_out(box, friction, start, active, position);
     }
     store(p, i, position);

@@ -1,17 +1,17 @@
-// Relaxation: every constraint enforced in turn, over and over, until all hold nearly enough. Gauss-Seidel, without a
-// matrix.
+// Relaxation: every constraint is projected in turn, iteration after iteration. Gauss-Seidel, without a matrix.
 //
-// Sixteen constraints at once, without gathers: of a sheet, both ends of constraints are loaded whole (row_lanes.h).
+// Sixteen constraints at once. On a sheet there are no gathers: both ends of sixteen constraints are loaded whole
+// (row_lanes.h).
 //
-// Chains. Columns are independent lines: lanes are neighbouring columns. Rows are columns of the transposed sheet, sixteen
-// of which are transposed at a time (across.h). Threads take stages down the sheet (schedule.h), where iterations follow
-// one another.
+// Chains. Columns are independent lines: lanes are neighbouring columns. Rows are columns of the transposed sheet,
+// sixteen of which are transposed at a time (across.h). Threads take stages down the sheet (schedule.h), where
+// iterations follow one another.
 //
 // Colours. All constraints of a half pass are independent, but a half pass at a time would stream the sheet through the
 // cache twelve times an iteration: schedule.h turns them into one sweep down the rows, in bands.
 //
-// Batches. Whatever the constraints, those of a batch share no particle that moves; ends are gathered and scattered as
-// records.
+// Batches. The constraints of a batch, of a sheet or a mesh, share no particle that moves. Particles are loaded and
+// stored as records.
 //
 // Every constraint sees the particles as in serial/, so all forms have its bits, at every thread count.
 //
@@ -125,8 +125,8 @@ void relax_batches(Cloth<Real>& cloth, int iterations) {
     for (int iteration = 0; iteration < iterations; ++iteration)
       for (int batch = 0; batch < batches; ++batch) {
         const int begin = cloth.batch_begin[batch], end = cloth.batch_begin[batch + 1];
-        // The constraints of a batch share no particle that moves, and pinned ones are not written. The loop's barrier ends
-        // the batch.
+        // The constraints of a batch share no particle that moves, and pinned ones are not written. The loop's barrier
+        // ends the batch.
 #pragma omp for schedule(static)
         for (int k = begin; k < end; k += lanes) {
           // Lanes beyond the end read what the first lane reads, which no other thread writes.
@@ -145,7 +145,8 @@ void relax_batches(Cloth<Real>& cloth, int iterations) {
 
       // Every particle is one thread's.
 #pragma omp for schedule(static)
-    for (int i = 0; i < cloth.count; ++i) p.x[i] = records[4 * i], p.y[i] = records[4 * i + 1], p.z[i] = records[4 * i + 2];
+    for (int i = 0; i < cloth.count; ++i)
+      p.x[i] = records[4 * i], p.y[i] = records[4 * i + 1], p.z[i] = records[4 * i + 2];
   }
 }
 

@@ -1,6 +1,6 @@
-// The constraints of a sheet, sixteen at once, without gathers: constraints that begin side by side in a row end side by
-// side in a row, so both ends are loaded whole. Constraints along a row take 32 particles and split them into partners by
-// one shuffle.
+// The constraints of a sheet, sixteen at once, without gathers: constraints that begin side by side in a row end side
+// by side in a row, so both ends are loaded whole. Constraints along a row take 32 particles and split them into
+// partners by one shuffle.
 //
 // No serial twin: there a constraint is two particles (enforce in serial/cloth/relax.cpp).
 #pragma once
@@ -34,7 +34,9 @@ LOCKSTEP_INLINE Point<floatv> read(const Rows& rows, int i, maskv mask) {
   const auto [x, y, z] = load(rows.position, i, mask);
   return {x, y, z, load(rows.inverse_mass + i, mask)};
 }
-LOCKSTEP_INLINE void write(const Rows& rows, int i, const Point<floatv>& p) { store(rows.position, i, {p.x, p.y, p.z}); }
+LOCKSTEP_INLINE void write(const Rows& rows, int i, const Point<floatv>& p) {
+  store(rows.position, i, {p.x, p.y, p.z});
+}
 LOCKSTEP_INLINE void write(const Rows& rows, int i, const Point<floatv>& p, maskv mask) {
   store(rows.position, i, {p.x, p.y, p.z}, mask);
 }
@@ -75,8 +77,8 @@ LOCKSTEP_INLINE void enforce_partners(Point<floatv>& low, Point<floatv>& high, f
   join<G>({a.z, b.z}, low.z, high.z);
 }
 
-// The constraints of one colour along a row: particles first .. first + n - 1 in blocks of 2 G, where particles of the first
-// half are tied to those of the second, G farther on.
+// The constraints of one colour along a row: particles first .. first + n - 1 in blocks of 2 G, where particles of the
+// first half are tied to those of the second, G farther on.
 template <int G>
 LOCKSTEP_INLINE void enforce_along(const Rows& rows, int first, int n, floatv rest_2) {
   int k = 0;

@@ -1,8 +1,8 @@
-// The passes of an iteration as one sweep down the sheet, and how threads share it.
+// The passes of an iteration as one wavefront down the sheet, and how threads share it.
 //
-// A pass at a time would carry the whole sheet through the first-level cache a dozen times an iteration. But what a pass does to a
-// row waits only for what earlier passes do to the same rows. So the sweep goes down the rows once, and every unit of every
-// pass follows as soon as the rows it waits for have been passed; a dozen rows are then all that is in use. Every row sees the
+// Pass by pass, the whole sheet would stream through the first-level cache a dozen times an iteration. But a pass on a
+// row depends only on earlier passes on the same rows. So one sweep goes down the rows, and every unit of every pass
+// runs as soon as the rows that it depends on are done: only a dozen rows are in use at a time. Every row sees the
 // passes in their order, so the result has the bits of going pass by pass.
 //
 // No serial twin: a serial loop takes pass after pass.
@@ -14,7 +14,8 @@
 
 namespace lockstep::cloth::openmp {
 
-// The constraints of one pass that begin in one row, or in a few. It touches rows begin, begin + step, ... before end, and no others.
+// The constraints of one pass that begin in one row, or in a few. It touches rows begin, begin + step, ... before end,
+// and no others.
 struct Unit {
   int pass, begin, end, step;
 };
@@ -23,7 +24,8 @@ using Units = std::vector<Unit>;
 // Row r is in band k where cut[k] <= r < cut[k + 1].
 inline std::vector<int> cut_rows(int rows, int bands) {
   std::vector<int> cut;
-  for (int band = 0; band <= bands; ++band) cut.push_back(static_cast<int>(static_cast<long long>(rows) * band / bands));
+  for (int band = 0; band <= bands; ++band)
+    cut.push_back(static_cast<int>(static_cast<long long>(rows) * band / bands));
   return cut;
 }
 inline int band_of(const std::vector<int>& cut, int row) {
@@ -54,23 +56,23 @@ inline Units in_sweep_order(const Units& units, int rows) {
   return sweep;
 }
 
-// For passes whose units touch different rows each: every thread sweeps a band of rows of its own. What can be done within a band
-// without the rows beyond it comes first, in all bands at once; then what is left, the seams around the cuts. The later a pass, the
-// farther its part of the seam reaches, each by the rows that one unit spans.
+// For passes whose units touch different rows each: every thread sweeps a band of rows of its own. First, in all bands
+// at once, comes what needs no row beyond the band; then what is left, the seams around the cuts. Each pass makes a
+// seam wider by the rows that one of its units spans.
 struct Bands {
   std::vector<Units> bands;  // in order each; no two bands touch the same row
   std::vector<Units> seams;  // after all bands; in order each, and no two seams touch the same row
 };
 
 inline Bands cut_into_bands(const Units& units, int rows, int passes, int most_bands) {
-  std::vector<int> span(passes, 0);  // how much farther a pass makes a seam reach, up and down
+  std::vector<int> span(passes, 0);  // rows by which a pass widens a seam, up and down
   for (const Unit& unit : units) span[unit.pass] = std::max(span[unit.pass], unit.end - unit.begin - 1);
   const int reach = std::max(std::accumulate(span.begin(), span.end(), 0), 1);
   const int bands = std::clamp(rows / (2 * reach), 1, most_bands);
   const std::vector<int> cut = cut_rows(rows, bands);
 
   Bands shared{.bands = std::vector<Units>(bands), .seams = std::vector<Units>(bands)};
-  std::vector<char> held_up(rows, false);  // whether something before in this row had to be left to a seam
+  std::vector<char> held_up(rows, false);  // whether an earlier unit on this row is left to a seam
   for (const Unit& unit : units) {
     const auto [pass, begin, end, step] = unit;
     const int band = band_of(cut, begin);
@@ -82,17 +84,18 @@ inline Bands cut_into_bands(const Units& units, int rows, int passes, int most_b
       continue;
     }
     for (int r = begin; r < end; r += step) held_up[r] = true;
-    const bool below = across || cut[band + 1] - begin <= begin - cut[band];  // the cut that it crosses, or the nearer one
+    const bool below =
+        across || cut[band + 1] - begin <= begin - cut[band];  // the cut that it crosses, or the nearer one
     shared.seams[below ? band : band - 1].push_back(unit);
   }
   for (Units& band : shared.bands) band = in_sweep_order(band, rows);
   return shared;
 }
 
-// For passes that run down the columns in order, so that no band can begin before the one above: iterations follow one another down
-// the sheet. The sweep is cut into bands by time. Band b of iteration k runs at stage 2 k + b: after the band above it and after the
-// iteration before, both of which it follows, and beside bands b - 2, b + 2, ... of other iterations, with which it shares no row as
-// long as a band is as high as the sweep reaches back.
+// For passes that run down the columns in order, so that no band can begin before the one above: iterations follow one
+// another down the sheet (pipelining). The sweep is cut into bands by time. Band b of iteration k runs at stage 2 k +
+// b: after the band above it, and after bands b and b + 1 of the iteration before. At the same stage run bands b - 2, b
+// + 2, ... of other iterations, with which it shares no row as long as a band is as high as the sweep reaches back.
 inline std::vector<Units> cut_into_stages(const Units& units, int rows, int most_bands) {
   const std::vector<int> times = rows_reached(units, rows);
   int reach = 1;

@@ -5,9 +5,9 @@
 // third of the force on each triangle that it is a corner of.
 //
 // Sixteen triangles, then sixteen particles at once. On a sheet both are unit stride: the upper triangles of a row of
-// squares have their corners side by side, the lower ones too, and a particle collects from six neighbours in two rows of
-// squares. On a mesh corners are gathered. Particles collect in the order of their triangles, so the bits are those of
-// serial/.
+// squares have their corners side by side, the lower ones too, and a particle collects from six neighbours in two rows
+// of squares. On a mesh corners are gathered. Particles collect in the order of their triangles, so the bits are those
+// of serial/.
 //
 // Source: [Jakobsen 2001] section 2. The contract stands in common/cloth/verlet.h, the formulas in common/cloth/aero.h.
 #include "common/cloth/verlet.h"
@@ -32,16 +32,16 @@ LOCKSTEP_INLINE Particle<floatv> particle(const Pointers& p, const Pointers& q, 
 }
 
 // Moves particles i, i + 1, ... i + 15.
-LOCKSTEP_INLINE void move(const Model<Real>& model, const Pointers& p, const Pointers& q, const float* inverse_mass, int i,
-                          const Vector3<floatv>& force) {
+LOCKSTEP_INLINE void move(const Model<Real>& model, const Pointers& p, const Pointers& q, const float* inverse_mass,
+                          int i, const Vector3<floatv>& force) {
   const Particle<floatv> here = particle(p, q, i);
   store(q, i, here.position);
   store(p, i, next_position(model, here, load(inverse_mass + i), force));
 }
 
-// cloth.force holds the upper triangles of all squares and then the lower ones: that of square (r, c) at
-// (r + 1) * (pitch + 16) + c + 16. The squares just outside of the sheet (above, below, left, right) thus have places of
-// their own, and are zero.
+// cloth.force holds the upper triangles of all squares and then the lower ones: that of square (r, c) at (r + 1) *
+// (pitch + 16) + c + 16. The squares just outside of the sheet (above, below, left, right) thus have places of their
+// own, and are zero.
 void verlet_sheet(Cloth<Real>& cloth) {
   const Model<Real> model = cloth.model;  // a local copy: stores cannot change it
   const int rows = cloth.sheet.rows, columns = cloth.sheet.columns, pitch = cloth.sheet.pitch;
@@ -61,7 +61,8 @@ void verlet_sheet(Cloth<Real>& cloth) {
           if (r >= 0 && r < rows - 1 && c >= 0) {
             const int i = r * pitch + c;
             const Particle<floatv> top_left = particle(p, q, i), top_right = particle(p, q, i + 1);
-            const Particle<floatv> bottom_left = particle(p, q, i + pitch), bottom_right = particle(p, q, i + pitch + 1);
+            const Particle<floatv> bottom_left = particle(p, q, i + pitch),
+                                   bottom_right = particle(p, q, i + pitch + 1);
             const maskv there = first_lanes(columns - 1 - c);
             up = select(there, air_force(model, top_left, top_right, bottom_left), up);
             low = select(there, air_force(model, bottom_right, bottom_left, top_right), low);
@@ -102,7 +103,8 @@ void verlet_mesh(Cloth<Real>& cloth) {
       for (int t = 0; t < triangles; t += lanes) {
         const maskv there = first_lanes(triangles - t);
         const intv first = (lane_index() + t) * 3;
-        const intv a = gather(corners, first, there), b = gather(corners, first + 1, there), c = gather(corners, first + 2, there);
+        const intv a = gather(corners, first, there), b = gather(corners, first + 1, there),
+                   c = gather(corners, first + 2, there);
         store(forces, t, air_force(model, particle(p, q, a), particle(p, q, b), particle(p, q, c)));
       }
     }

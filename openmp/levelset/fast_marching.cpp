@@ -1,8 +1,8 @@
-// The Fast Marching Method: the front that starts at the interface passes each point once, the nearest first.
+// The Fast Marching Method: the front that starts at the interface accepts each point once, the nearest first.
 //
-// A distance depends on smaller ones alone. So the smallest distance among the trial points, those beside the front, cannot
-// change any more: its point is accepted, and its neighbours are tried again. That is Dijkstra's algorithm with the upwind
-// solution for the length of a path. A binary heap holds the trial points (common/levelset/front.h).
+// A distance depends on smaller ones alone. So the smallest distance among the trial points, those beside the front,
+// cannot change any more: its point is accepted, and its neighbours are tried again. That is Dijkstra's algorithm with
+// the upwind solution for the length of a path. A binary heap holds the trial points (common/levelset/front.h).
 //
 // A front is sequential; padded blocks are not: each thread marches through blocks of its own.
 //
@@ -27,7 +27,8 @@ Real from_accepted(const Field<Real>& d, const Front<Real>& front, const Point& 
     const bool there = n.x >= 0 && n.x < d.nx && n.y >= 0 && n.y < d.ny && n.z >= 0 && n.z < d.nz;
     return there && front.has_accepted(n) ? d(n.x, n.y, n.z) : far<Real>;
   };
-  return upwind(min(at(-1, 0, 0), at(1, 0, 0)), min(at(0, -1, 0), at(0, 1, 0)), min(at(0, 0, -1), at(0, 0, 1)), d.spacing);
+  return upwind(min(at(-1, 0, 0), at(1, 0, 0)), min(at(0, -1, 0), at(0, 1, 0)), min(at(0, 0, -1), at(0, 0, 1)),
+                d.spacing);
 }
 
 void fast_marching_heap(Distances<Real>& distances, Real band) {
@@ -52,8 +53,8 @@ void fast_marching_blocks(Distances<Real>& distances, Real band, int size) {
   const std::vector<Block> blocks = make_blocks(distances, band, size);
   const int count = static_cast<int>(blocks.size());
   Failure failure;
-  // A block reads interface points, which no thread changes, and writes its own points alone. Blocks differ in work, hence
-  // dynamic.
+  // A block reads interface points, which no thread changes, and writes its own points alone. Blocks differ in work,
+  // hence dynamic.
 #pragma omp parallel for schedule(dynamic)
   for (int b = 0; b < count; ++b)
     failure.guard([&] {

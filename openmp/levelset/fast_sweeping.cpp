@@ -1,17 +1,17 @@
 // The Fast Sweeping Method: Gauss-Seidel over the grid, in all eight directions.
 //
-// The distance comes to a point from nearer points. A sweep that goes along x, y and z as the distance grows brings it there
-// in one go, however far; of the eight ways to go, one fits every straight path away from the interface. No heap, no order
-// to find out, only loops; the price is that every point within reach of the band (common/levelset/reach.h) is visited eight
-// times.
+// The distance comes to a point from nearer points. A sweep that goes along x, y and z as the distance grows brings it
+// there in one go, however far; of the eight sweeps, one fits every straight path away from the interface. There is no
+// heap and no order to find, only loops; the price is that every point within reach of the band
+// (common/levelset/reach.h) is visited eight times a round.
 //
-// In a sweep a point waits for the three neighbours before it alone. Sixteen lines along x are worked on at once, one lane
-// each, every one a step behind the line before (skewed.h). Such tiles wait for the tile before in their plane and the same
-// tile of the plane before, so threads share the tiles on a diagonal of the (tile, plane) grid: the wavefront of the sweep.
-// Every point finds what it finds in a serial sweep, so the bits are the same.
+// In a sweep a point waits for the three neighbours before it alone. Sixteen lines along x are worked on at once, one
+// lane each, every one a step behind the line before (skewed.h). Such tiles wait for the tile before in their plane and
+// the same tile of the plane before, so threads share the tiles on a diagonal of the (tile, plane) grid: the wavefront
+// of the sweep. Every point finds what it finds in a serial sweep, so the bits are the same.
 //
-// Source: [ITJ07] Figure 8; Zhao, Math. Comp. 74 (2005); Detrixhe, Gibou and Min, J. Comput. Phys. 237 (2013). The contract
-// stands in common/levelset/fast_sweeping.h.
+// Source: [ITJ07] Figure 8; Zhao, Math. Comp. 74 (2005); Detrixhe, Gibou and Min, J. Comput. Phys. 237 (2013). The
+// contract stands in common/levelset/fast_sweeping.h.
 #include "common/levelset/fast_sweeping.h"
 
 #include <omp.h>
@@ -35,8 +35,8 @@ namespace {
 
 using namespace lockstep::openmp;
 
-// Where the sweep of a run of vectors is: the vector itself, those of the planes before and after, and the outer neighbours
-// along y of the first lane (last lane of the tile before, fifteen vectors ahead) and of the last lane.
+// Where the sweep of a run of vectors is: the vector itself, those of the planes before and after, and the outer
+// neighbours along y of the first lane (last lane of the tile before, fifteen vectors ahead) and of the last lane.
 struct Cursor {
   float* here;
   const float *up, *down, *outer_first, *outer_last;
@@ -105,8 +105,8 @@ maskv sweep_together(std::vector<Cursor>& cursors, floatv spacing, floatv band) 
   return changed;
 }
 
-// Sweeps runs that do not wait for one another; says whether anything came nearer. A vector waits for the one before it, for
-// as long as an upwind solution takes: four runs at once hide that latency.
+// Sweeps runs that do not wait for one another; says whether anything came nearer. A vector waits for the one before
+// it, for as long as an upwind solution takes: four runs at once hide that latency.
 template <int step>
 bool sweep_runs(std::vector<Cursor>& cursors, floatv spacing, floatv band) {
   maskv changed = first_lanes(0);
@@ -136,14 +136,16 @@ bool sweep(const Skewed& d, Real spacing, Real band, int step_z) {
       const int begin = std::max(0, diagonal - planes + 1), end = std::min(tiles, diagonal + 1);
       const auto tile = [&](int i) { return step > 0 ? i : tiles - 1 - i; };
       const auto plane = [&](int i) { return step_z > 0 ? diagonal - i : planes - 1 - (diagonal - i); };
-      // Tiles of a diagonal wait for tiles of the diagonal before alone, which the barrier ends; none reads what another
-      // writes. In a band many are empty, so each thread takes its share of the vectors: the tiles whose middle lies in it.
+      // Tiles of a diagonal wait for tiles of the diagonal before alone, which the barrier ends; none reads what
+      // another writes. In a band many are empty, so each thread takes its share of the vectors: the tiles whose middle
+      // lies in it.
       long long all = 0, before = 0;
       for (int i = begin; i < end; ++i) all += d.vectors(tile(i), plane(i));
       for (int i = begin; i < end; ++i) {
         const int own = d.vectors(tile(i), plane(i));
         if ((2 * before + own) * threads / (2 * all + 1) == thread)
-          for (const Extent& run : d.runs(tile(i), plane(i))) cursors.push_back(begin_run<step>(d, tile(i), plane(i), run));
+          for (const Extent& run : d.runs(tile(i), plane(i)))
+            cursors.push_back(begin_run<step>(d, tile(i), plane(i), run));
         before += own;
       }
       changed |= sweep_runs<step>(cursors, spacing, band);
@@ -195,9 +197,10 @@ int fast_sweeping_blocks(Distances<Real>& distances, Real band, int rounds, int 
   Failure failure;
 #pragma omp parallel reduction(max : most)
   {
-    omp_set_num_threads(1);  // for the regions that this thread opens: it sweeps its blocks alone, also where regions nest
-    // A block reads interface points, which no thread changes, and writes its own points alone. Blocks differ in work, hence
-    // dynamic.
+    omp_set_num_threads(
+        1);  // for the regions that this thread opens: it sweeps its blocks alone, also where regions nest
+    // A block reads interface points, which no thread changes, and writes its own points alone. Blocks differ in work,
+    // hence dynamic.
 #pragma omp for schedule(dynamic)
     for (int b = 0; b < count; ++b)
       failure.guard([&] {

@@ -1,8 +1,8 @@
-// The points beside the interface and their distances from it (common/levelset/crossings.h): where the march, or the sweeps,
-// begin.
+// The points beside the interface and their distances from it (common/levelset/crossings.h): where the march, or the
+// sweeps, begin.
 //
-// Each thread takes slabs of the grid, sixteen points along x at once, and lists the interface points that it finds; the
-// lists of the threads, one after another, are in the order of the field.
+// Each thread takes slabs of the grid, sixteen points along x at once, and lists the interface points that it finds;
+// the lists of the threads, one after another, are in the order of the field.
 //
 // Source: [ITJ07]; Adalsteinsson and Sethian, J. Comput. Phys. 148 (1999). The contract stands in
 // common/levelset/initialize.h.
@@ -42,7 +42,8 @@ void initialize_line(const Field<Real>& phi, int y, int z, Field<Real>& d, std::
     if (none(beside)) continue;
 
     store(&d(x, y, z), distance_from_crossings(here, beyond, Number(phi.spacing)), beside);
-    for (std::uint32_t set = bits(beside); set != 0; set &= set - 1) interface.push_back({x + std::countr_zero(set), y, z});
+    for (std::uint32_t set = bits(beside); set != 0; set &= set - 1)
+      interface.push_back({x + std::countr_zero(set), y, z});
   }
 }
 
@@ -52,7 +53,8 @@ void initialize(const Field<Real>& phi, Distances<Real>& distances) {
   Field<Real>& d = distances.distance;
   d = {phi.nx, phi.ny, phi.nz, phi.spacing, phi.pitch, std::move(d.value)};
   d.value.resize(phi.value.size());
-  std::fill(d.value.begin() + (d.index(0, 0, d.nz) - d.padding), d.value.end(), far<Real>);  // what is after the last line
+  std::fill(d.value.begin() + (d.index(0, 0, d.nz) - d.padding), d.value.end(),
+            far<Real>);  // what is after the last line
 
   std::vector<std::vector<Point>> found(omp_get_max_threads());
   Failure failure;
@@ -73,7 +75,8 @@ void initialize(const Field<Real>& phi, Distances<Real>& distances) {
   }
   failure.rethrow();
   distances.interface.clear();
-  for (const std::vector<Point>& part : found) distances.interface.insert(distances.interface.end(), part.begin(), part.end());
+  for (const std::vector<Point>& part : found)
+    distances.interface.insert(distances.interface.end(), part.begin(), part.end());
 }
 
 }  // namespace lockstep::levelset::openmp

@@ -1,15 +1,15 @@
-// A field of distances laid out along wavefronts: sixteen points that do not wait for one another in a sweep stand side by
-// side.
+// A field of distances laid out along wavefronts: sixteen points that do not wait for one another in a sweep stand side
+// by side.
 //
-// In a sweep along x and y, a point waits for its neighbours before it along x and along y. So in sixteen lines along x, one
-// above the other, line l may work on point x = t - l at time t: all sixteen at once, each one step behind the line before.
-// Lane l of vector t is that point. Then the neighbours along x are the same lanes of vectors t - 1 and t + 1, those along y
-// the lanes beside in the same two vectors, and those along z the same lanes of vector t, a plane up or down: a sweep loads no
-// lane twice.
+// In a sweep along x and y, a point waits for its neighbours before it along x and along y. So in sixteen lines along
+// x, one above the other, line l may work on point x = t - l at time t: all sixteen at once, each one step behind the
+// line before. Lane l of vector t is that point. Then the neighbours along x are the same lanes of vectors t - 1 and t
+// + 1, those along y the lanes beside in the same two vectors, and those along z the same lanes of vector t, a plane up
+// or down: a sweep loads no lane twice.
 //
-// Sixteen lines are a tile; the first and last lane find their outer neighbours in the tiles beside. A sweep the other way
-// along both x and y goes through the same vectors backwards. For sweeps along x and against y, the field is mirrored in y
-// first.
+// Sixteen lines are a tile; the first and last lane find their outer neighbours in the tiles beside. A sweep the other
+// way along both x and y goes through the same vectors backwards. For sweeps along x and against y, the field is
+// mirrored in y first.
 //
 // In a narrow band only the vectors that a sweep visits or reads are stored.
 //
@@ -50,9 +50,9 @@ class Skewed {
   // No diagonal of the (tile, plane) grid has more runs than this.
   std::size_t most_runs() const { return most_runs_; }
 
-  // Vector t of a tile, and which of its lanes are fixed: interface points, and lanes beyond the field. What the sweep of a
-  // run reads is stored, too: the vectors before and after it, those fifteen ahead in the tile before and fifteen back in the
-  // tile after, and the same vectors of the planes before and after; beyond the field they are `far`.
+  // Vector t of a tile, and which of its lanes are fixed: interface points, and lanes beyond the field. What the sweep
+  // of a run reads is stored, too: the vectors before and after it, those fifteen ahead in the tile before and fifteen
+  // back in the tile after, and the same vectors of the planes before and after; beyond the field they are `far`.
   float* vector(int tile, int z, int t) const { return values_ + offset(tile, z, t) * lanes; }
   const std::uint16_t* fixed(int tile, int z, int t) const { return fixed_.data() + offset(tile, z, t); }
 
@@ -100,7 +100,8 @@ class Marks {
     const auto last = marks_.begin() + last_;
     for (auto from = marks_.begin() + std::min(first_, last_); from != last;) {
       const auto begin = std::find(from, last, true), end = std::find(begin, last, false);
-      if (begin != last) runs.extents.push_back({int(begin - marks_.begin()) - margin, int(end - marks_.begin()) - margin});
+      if (begin != last)
+        runs.extents.push_back({int(begin - marks_.begin()) - margin, int(end - marks_.begin()) - margin});
       from = end;
     }
     std::fill(marks_.begin(), marks_.begin() + last_, false);
@@ -212,7 +213,8 @@ inline void Skewed::write(Field<float>& field) const {
           transpose(square);
           const maskv in_run = first_lanes(end - t);
           for (int l = 0; l < lanes; ++l)
-            if (const int y = y_of(tile, z, l); y >= 0) store(&field.value[field.index(t - l, y, z)], square[l], in_run);
+            if (const int y = y_of(tile, z, l); y >= 0)
+              store(&field.value[field.index(t - l, y, z)], square[l], in_run);
         }
 }
 

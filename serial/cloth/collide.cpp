@@ -1,5 +1,5 @@
-// Particles are pushed out of solid bodies, with friction (common/cloth/push_out.h): round after round, until a round finds
-// a particle in none of them.
+// Particles are pushed out of solid bodies, with friction (common/cloth/push_out.h): round after round, until a round
+// finds a particle in none of them.
 //
 // Source: [Jakobsen 2001] sections 3 and 6. The contract stands in common/cloth/collide.h.
 #include "common/cloth/collide.h"
@@ -23,7 +23,8 @@ void collide(Cloth<Real>& cloth) {
       const Mask active = inside;
       inside = false;
       for (const Plane<Real>& plane : bodies.planes) inside |= push_out(plane, friction, start, active, position);
-      for (const Capsule<Real>& capsule : bodies.capsules) inside |= push_out(capsule, friction, start, active, position);
+      for (const Capsule<Real>& capsule : bodies.capsules)
+        inside |= push_out(capsule, friction, start, active, position);
       for (const Box<Real>& box : bodies.boxes) inside |= push_out(box, friction, start, active, position);
     }
     store(cloth.position, i, position);

@@ -1,10 +1,10 @@
-// Relaxation: every constraint enforced in turn, over and over, until all hold nearly enough. Gauss-Seidel, without a matrix.
+// Relaxation: every constraint is projected in turn, iteration after iteration. Gauss-Seidel, without a matrix.
 //
-// Enforcing one constraint disturbs its neighbours; going round and round spreads what is wrong until it is gone. Which constraint
-// comes when is free. The original order goes through the sheet as one reads, particle by particle: each constraint sees all
-// corrections before it. The papers' passes take all constraints of one direction at a time, so that many can be enforced at
-// once: down the columns, along the rows, along the diagonals. In colours, neighbours along a line come in different halves
-// of a pass, and no two constraints of a half share a particle. Batches do the same for constraints without a pattern.
+// Projecting one constraint disturbs its neighbours; iterations spread the error until it is gone. The order is free.
+// The original order goes through the sheet as one reads, particle by particle: each constraint sees all corrections
+// before it. The papers' passes take all constraints of one direction at a time, so that many are independent: down the
+// columns, along the rows, along the diagonals. In colours, neighbours along a line come in different halves of a pass,
+// and no two constraints of a half share a particle. Batches do the same for constraints without a pattern.
 //
 // Source: [Jakobsen 2001] section 3; [LRB08] Figure 11. The contract stands in common/cloth/relax.h.
 #include "common/cloth/relax.h"
@@ -32,7 +32,8 @@ void enforce(Cloth<Real>& cloth, int i, int j, Real rest_2) {
   write(cloth, j, b);
 }
 
-// The constraints of a family that begin in one row, at every column or, of a family along the row, at those of one colour.
+// The constraints of a family that begin in one row, at every column or, of a family along the row, at those of one
+// colour.
 void enforce_row(Cloth<Real>& cloth, const Family<Real>& family, int row, int colour) {
   const Sheet& sheet = cloth.sheet;
   const auto [down, right, rest_2] = family;
@@ -44,7 +45,8 @@ void enforce_row(Cloth<Real>& cloth, const Family<Real>& family, int row, int co
 // One pass, or the half of it that has one colour. A line is walked top to bottom or left to right.
 void enforce_family(Cloth<Real>& cloth, const Family<Real>& family, int colour) {
   for (int r = 0; r + family.down < cloth.sheet.rows; ++r)
-    if (colour == every_colour || family.down == 0 || r / family.down % 2 == colour) enforce_row(cloth, family, r, colour);
+    if (colour == every_colour || family.down == 0 || r / family.down % 2 == colour)
+      enforce_row(cloth, family, r, colour);
 }
 
 void enforce_list(Cloth<Real>& cloth, const Constraints<Real>& list) {

@@ -13,7 +13,9 @@
 namespace lockstep::cloth::serial {
 namespace {
 
-Particle<Real> particle(const Vectors<Real>& p, const Vectors<Real>& q, int i) { return {load(p, i), load(p, i) - load(q, i)}; }
+Particle<Real> particle(const Vectors<Real>& p, const Vectors<Real>& q, int i) {
+  return {load(p, i), load(p, i) - load(q, i)};
+}
 
 }  // namespace
 
@@ -30,7 +32,8 @@ void verlet(Cloth<Real>& cloth) {
   for (int i = 0; i < cloth.count; ++i) {
     Vector3<Real> force = {0, 0, 0};
     if (model.drag > 0)
-      for (int k = cloth.corner_begin[i]; k < cloth.corner_begin[i + 1]; ++k) force = force + load(forces, cloth.corner[k]);
+      for (int k = cloth.corner_begin[i]; k < cloth.corner_begin[i + 1]; ++k)
+        force = force + load(forces, cloth.corner[k]);
     const Particle<Real> here = particle(p, q, i);
     store(q, i, here.position);
     store(p, i, next_position(model, here, cloth.inverse_mass[i], force));

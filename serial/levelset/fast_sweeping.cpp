@@ -1,8 +1,9 @@
 // The Fast Sweeping Method: Gauss-Seidel over the grid, in all eight directions.
 //
-// The distance comes to a point from nearer points. A sweep that goes along x, y and z as the distance grows brings it there in one
-// go, however far; of the eight ways to go, one fits every straight path away from the interface. No heap, no order to find out,
-// only loops; the price is that every point within reach of the band (common/levelset/reach.h) is visited eight times.
+// The distance comes to a point from nearer points. A sweep that goes along x, y and z as the distance grows brings it
+// there in one go, however far; of the eight sweeps, one fits every straight path away from the interface. There is no
+// heap and no order to find, only loops; the price is that every point within reach of the band
+// (common/levelset/reach.h) is visited eight times a round.
 //
 // Source: [ITJ07] Figure 8; Zhao, Math. Comp. 74 (2005). The contract stands in common/levelset/fast_sweeping.h.
 #include "common/levelset/fast_sweeping.h"
@@ -28,7 +29,7 @@ Fixed fixed_points(const Distances<Real>& distances) {
   return fixed;
 }
 
-// The nearer of the two neighbours along an axis; beyond the grid there is nothing near.
+// The distance of the nearer of the two neighbours along an axis; `far` beyond the grid.
 Real nearer(const Field<Real>& d, int x, int y, int z, int dx, int dy, int dz) {
   const auto at = [&](int x, int y, int z) {
     return x >= 0 && x < d.nx && y >= 0 && y < d.ny && z >= 0 && z < d.nz ? d(x, y, z) : far<Real>;
@@ -46,7 +47,8 @@ bool sweep(Field<Real>& d, const Fixed& fixed, const Reach& reach, Real band, in
         const auto [begin, end] = reach.extents[e];
         for (int x = step_x > 0 ? begin : end - 1; x >= begin && x < end; x += step_x) {
           if (fixed(x, y, z)) continue;
-          const Real u = upwind(nearer(d, x, y, z, 1, 0, 0), nearer(d, x, y, z, 0, 1, 0), nearer(d, x, y, z, 0, 0, 1), d.spacing);
+          const Real u =
+              upwind(nearer(d, x, y, z, 1, 0, 0), nearer(d, x, y, z, 0, 1, 0), nearer(d, x, y, z, 0, 0, 1), d.spacing);
           if (u < d(x, y, z) && u <= band) {
             d(x, y, z) = u;
             changed = true;

@@ -1,5 +1,5 @@
-// The points beside the interface and their distances from it (common/levelset/crossings.h): where the march, or the sweeps,
-// begin.
+// The points beside the interface and their distances from it (common/levelset/crossings.h): where the march, or the
+// sweeps, begin.
 //
 // Source: [ITJ07]; Adalsteinsson and Sethian, J. Comput. Phys. 148 (1999). The contract stands in
 // common/levelset/initialize.h.

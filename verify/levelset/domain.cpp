@@ -33,7 +33,9 @@ Simulation simulation(const RunOptions& options) {
   namespace openmp = levelset::openmp;
   const auto sweep = [](levelset::FastSweeping<float>* sweeping) -> Compute { return sweeping; };
   const auto sweep_blocks = [](levelset::FastSweepingInBlocks<float>* sweeping) -> Compute {
-    return [sweeping](levelset::Distances<float>& d, float band, int rounds) { sweeping(d, band, rounds, levelset::block_size); };
+    return [sweeping](levelset::Distances<float>& d, float band, int rounds) {
+      sweeping(d, band, rounds, levelset::block_size);
+    };
   };
   const Form forms[] = {{"serial", "sweeps", serial::initialize, sweep(serial::fast_sweeping_sweeps)},
                         {"serial", "blocks", serial::initialize, sweep_blocks(serial::fast_sweeping_blocks)},
@@ -69,7 +71,8 @@ Simulation simulation(const RunOptions& options) {
       .fault =
           [state] {
             const Array<float>& d = state->signed_distance.value;
-            return first_fault("point ", static_cast<int>(d.size()), " is no number", [&](int i) { return !std::isnan(d[i]); });
+            return first_fault("point ", static_cast<int>(d.size()), " is no number",
+                               [&](int i) { return !std::isnan(d[i]); });
           },
       .summary = nullptr,
   };

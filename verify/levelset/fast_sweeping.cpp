@@ -1,6 +1,7 @@
-// The Fast Sweeping Method, as the verifier and the benchmark see it: each form is bitwise with its serial twin, after the
-// scene's rounds and when nothing changes any more. Whether sweeping until nothing changes finds the distances of marching, and
-// blocks those of the undivided grid, is asked in forms of their own, `sweeps_for_heap` and `blocks_for_sweeps`.
+// The Fast Sweeping Method, as the verifier and the benchmark see it: each form is bitwise with its serial twin, after
+// the scene's rounds and when nothing changes any more. Whether sweeping until nothing changes finds the distances of
+// marching, and blocks those of the undivided grid, is asked in forms of their own, `sweeps_for_heap` and
+// `blocks_for_sweeps`.
 #include "common/levelset/fast_sweeping.h"
 
 #include <utility>
@@ -19,7 +20,8 @@ constexpr int until_nothing_changes = 1000;
 
 using Rounds = std::function<int(Distances<float>&)>;
 
-// A sweeping kernel that must also know when nothing changes any more: after as many rounds as its twin, with the same distances.
+// A sweeping kernel that must also know when nothing changes any more: after as many rounds as its twin, with the same
+// distances.
 Case until_nothing_changes_case(std::shared_ptr<const Inputs> in, Case kernel, Rounds twin, Rounds openmp) {
   struct Expected {
     Distances<float> distances;
@@ -92,10 +94,15 @@ const Register fast_sweeping{
      .place = 3,
      .serial_forms = {"sweeps", "blocks"},
      .forms = {
-         {.name = "sweeps", .make = sweeps_case, .scenes = scenes_of_all({"spheres_and_box_256", "spheres_and_box_256_full"})},
+         {.name = "sweeps",
+          .make = sweeps_case,
+          .scenes = scenes_of_all({"spheres_and_box_256", "spheres_and_box_256_full"})},
          {.name = "sweeps_for_heap", .make = sweeps_for_heap_case, .scenes = scenes_of_all({}), .covered_by = "sweeps"},
          {.name = "blocks", .make = blocks_case, .scenes = scenes_in_bands({"spheres_and_box_256"})},
-         {.name = "blocks_for_sweeps", .make = blocks_for_sweeps_case, .scenes = scenes_in_bands({}), .covered_by = "blocks"}}}};
+         {.name = "blocks_for_sweeps",
+          .make = blocks_for_sweeps_case,
+          .scenes = scenes_in_bands({}),
+          .covered_by = "blocks"}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

@@ -1,5 +1,5 @@
-// The points beside the interface, as the verifier and the benchmark see the kernel that finds them: bitwise with its serial
-// twin, distances and list of points.
+// The points beside the interface, as the verifier and the benchmark see the kernel that finds them: bitwise with its
+// serial twin, distances and list of points.
 #include "common/levelset/initialize.h"
 
 #include <memory>
@@ -24,15 +24,15 @@ Case initialize_case(const std::string& path) {
       .serial = [in](Distances<float>& d) { serial::initialize(in->scene.phi, d); },
       .best_serial = nullptr,
       .openmp = [in](Distances<float>& d) { openmp::initialize(in->scene.phi, d); },
-      .compare = [in](const auto& openmp, const auto& serial) { return bitwise(openmp, serial, point_name(in->start.distance)); },
+      .compare = [in](const auto& openmp,
+                      const auto& serial) { return bitwise(openmp, serial, point_name(in->start.distance)); },
       .work = {points, "points", 8 * points, 20 * points},
   });
 }
 
-const Register initialize{
-    {.name = "levelset/initialize",
-     .place = 1,
-     .forms = {{.make = initialize_case, .scenes = scenes_of_all({"spheres_and_box_256"})}}}};
+const Register initialize{{.name = "levelset/initialize",
+                           .place = 1,
+                           .forms = {{.make = initialize_case, .scenes = scenes_of_all({"spheres_and_box_256"})}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

@@ -39,7 +39,8 @@ ValueName point_name(const Field<float>& field) {
   return [ny = field.ny, pitch = field.pitch](const std::string& array, std::size_t i, const std::string& of) {
     if (array != "distance") return value_name(array, i, of);
     const int x = static_cast<int>(i % pitch) - Field<float>::padding, line = static_cast<int>(i / pitch);
-    return "distance of (" + std::to_string(x) + ", " + std::to_string(line % ny) + ", " + std::to_string(line / ny) + ")";
+    return "distance of (" + std::to_string(x) + ", " + std::to_string(line % ny) + ", " + std::to_string(line / ny) +
+           ")";
   };
 }
 
@@ -52,17 +53,18 @@ Case bitwise_case(std::shared_ptr<const Inputs> in, Change twin, Change best, Ch
       .serial = twin,
       .best_serial = best,
       .openmp = openmp,
-      .compare = [in](const auto& openmp, const auto& serial) { return bitwise(openmp, serial, point_name(in->start.distance)); },
+      .compare = [in](const auto& openmp,
+                      const auto& serial) { return bitwise(openmp, serial, point_name(in->start.distance)); },
       .work = {points, "points", 8 * points, flops_a_point * points},
       .restore = [](auto& now, const auto& start) { now.distance.value = start.distance.value; },
       .hash = [](const auto& now) { return hash_bytes(std::span<const float>(now.distance.value)); },
   });
 }
 
-// A solution rounds by less than ten u of itself, and passes on an error of its neighbours without making it larger (each is
-// the least of averages of its neighbours); a path from the interface to the edge of the band has at most three steps a
-// spacing. So in the band two solutions are within 10 u (3 band / h) band of each other. Where only one of them is within the
-// band, it is as near to the edge of the band.
+// A solution rounds by less than ten u of itself, and passes on an error of its neighbours without making it larger
+// (each is the least of averages of its neighbours); a path from the interface to the edge of the band has at most
+// three steps a spacing. So in the band two solutions are within 10 u (3 band / h) band of each other. Where only one
+// of them is within the band, it is as near to the edge of the band.
 Case same_distances_case(std::shared_ptr<const Inputs> in, Change reference, Change other, const std::string& what) {
   struct State {
     std::shared_ptr<const Inputs> in;
@@ -91,7 +93,8 @@ Case same_distances_case(std::shared_ptr<const Inputs> in, Change reference, Cha
             judgement.bound = 10 * unit_roundoff * (3 * widest / h) * widest;
             for (std::size_t i = 0; i < a.size(); ++i) {
               const bool only_one = (a[i] < far<float>) != (b[i] < far<float>);
-              const double error = only_one ? std::abs(double(std::min(a[i], b[i])) - s->in->band) : std::abs(double(a[i]) - b[i]);
+              const double error =
+                  only_one ? std::abs(double(std::min(a[i], b[i])) - s->in->band) : std::abs(double(a[i]) - b[i]);
               if (error > judgement.error || !std::isfinite(error)) {
                 judgement.error = error;
                 judgement.worst_at = both_values(point_name(s->reference.distance)("distance", i, ""), b[i], a[i]);

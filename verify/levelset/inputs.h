@@ -28,19 +28,19 @@ inline constexpr double flops_of_upwind = 30;
 
 using Change = std::function<void(levelset::Distances<float>&)>;
 
-// A kernel that must leave the bits of `twin`. What counts as work are the points whose distances are wanted. No best serial
-// form where that is the twin.
+// A kernel that must leave the bits of `twin`. What counts as work are the points whose distances are wanted. No best
+// serial form where that is the twin.
 Case bitwise_case(std::shared_ptr<const Inputs> in, Change twin, Change best, Change openmp, double flops_a_point);
 
-// Another algorithm for the same discrete equations: within rounding of the distances of `reference`. `what` is said in the
-// row.
+// Another algorithm for the same discrete equations: within rounding of the distances of `reference`. `what` is said in
+// the row.
 Case same_distances_case(std::shared_ptr<const Inputs> in, Change reference, Change other, const std::string& what);
 
 // How much of their work blocks repeat, in words: they do the work of their padding again.
 std::string overlap(const Inputs& in);
 
-// The scenes of every kernel: narrow bands, and, for what runs on undivided grids, full grids too. `bench` are names of scenes
-// to time.
+// The scenes of every kernel: narrow bands, and, for what runs on undivided grids, full grids too. `bench` are names of
+// scenes to time.
 Scenes scenes_in_bands(std::vector<std::string> bench);
 Scenes scenes_of_all(std::vector<std::string> bench);
 
