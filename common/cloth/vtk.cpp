@@ -2,8 +2,7 @@
 
 #include <vector>
 
-#include "common/atomic_file.h"
-#include "common/vtk_words.h"
+#include "common/vtk.h"
 
 namespace lockstep::cloth {
 namespace {
@@ -22,31 +21,34 @@ void write_vtk(const std::string& path, const Cloth<float>& cloth) {
   const Vectors<float>&p = cloth.position, &q = cloth.previous;
   const float dt = cloth.model.time_step;
   const std::vector<int> particles = particles_of(cloth);
-  std::vector<int> number(cloth.count);  // that a particle has in the file
   const int count = static_cast<int>(particles.size()), triangles = static_cast<int>(cloth.triangles.size());
+  std::vector<int> number(cloth.count);  // of a particle in the file
   for (int k = 0; k < count; ++k) number[particles[k]] = k;
 
-  std::string points, velocities, cells;
-  for (const int i : particles) {
-    for (const float x : {p.x[i], p.y[i], p.z[i]}) append_word(points, x);
-    for (const float v : {(p.x[i] - q.x[i]) / dt, (p.y[i] - q.y[i]) / dt, (p.z[i] - q.z[i]) / dt}) append_word(velocities, v);
-  }
-  std::string heading;
-  if (triangles > 0) {
-    heading = "POLYGONS " + std::to_string(triangles) + ' ' + std::to_string(4LL * triangles);
+  const auto add_positions = [&](vtk::Words& words) {
+    for (const int i : particles) words.add(Vector3<float>{p.x[i], p.y[i], p.z[i]});
+  };
+  const auto add_velocities = [&](vtk::Words& words) {
+    for (const int i : particles)
+      words.add(Vector3<float>{(p.x[i] - q.x[i]) / dt, (p.y[i] - q.y[i]) / dt, (p.z[i] - q.z[i]) / dt});
+  };
+  const auto add_triangles = [&](vtk::Words& words) {
     for (const auto& [a, b, c] : cloth.triangles)
-      for (const int word : {3, number[a], number[b], number[c]}) append_word(cells, word);
-  } else {
-    heading = "LINES 1 " + std::to_string(1 + count);
-    append_word(cells, count);
-    for (int k = 0; k < count; ++k) append_word(cells, k);
-  }
-
-  write_file(path, [&](std::ostream& out) {
-    out << "# vtk DataFile Version 3.0\nLockstep cloth\nBINARY\nDATASET POLYDATA\n";
-    out << "POINTS " << count << " float\n" << points << '\n' << heading << '\n' << cells << '\n';
-    out << "POINT_DATA " << count << "\nVECTORS velocity float\n" << velocities << '\n';
-  });
+      for (const int word : {3, number[a], number[b], number[c]}) words.add(word);
+  };
+  const auto add_rope = [&](vtk::Words& words) {
+    words.add(count);
+    for (int k = 0; k < count; ++k) words.add(k);
+  };
+  vtk::PolyData data{.title = "Lockstep cloth",
+                     .points = count,
+                     .positions = add_positions,
+                     .point_data = {{"velocity", vtk::Type::vectors, add_velocities}}};
+  if (triangles > 0)
+    data.polygons = {triangles, std::int64_t{3} * triangles, add_triangles};
+  else
+    data.lines = {1, count, add_rope};
+  vtk::write(path, data);
 }
 
 }  // namespace lockstep::cloth

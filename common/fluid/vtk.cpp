@@ -2,36 +2,31 @@
 
 #include <vector>
 
-#include "common/atomic_file.h"
 #include "common/fluid/id_order.h"
-#include "common/vtk_words.h"
+#include "common/vtk.h"
 
 namespace lockstep::fluid {
 
 void write_vtk(const std::string& path, const Particles<float>& particles, std::span<const float> density) {
   const std::vector<int> order = id_order(particles);
-  const std::string n = std::to_string(particles.count), twice_n = std::to_string(2LL * particles.count);
-
-  write_file(path, [&](std::ostream& out) {
-    const auto section = [&](const std::string& heading, auto append_numbers_of) {
-      std::string bytes;
-      for (const int i : order) append_numbers_of(bytes, i);
-      out << heading << '\n' << bytes << '\n';
+  const auto in_order = [&](auto value_of) {
+    return [&order, value_of](vtk::Words& words) {
+      for (const int i : order) words.add(value_of(i));
     };
-    const auto vectors = [&](const std::string& heading, const Vectors<float>& v) {
-      section(heading, [&](std::string& bytes, int i) {
-        for (const Array<float>* component : {&v.x, &v.y, &v.z}) append_word(bytes, (*component)[i]);
-      });
-    };
-    out << "# vtk DataFile Version 3.0\nLockstep fluid\nBINARY\nDATASET POLYDATA\n";
-    vectors("POINTS " + n + " float", particles.position);
-    section("VERTICES " + n + " " + twice_n,
-            [&](std::string& bytes, int i) { append_word(bytes, 1), append_word(bytes, particles.id[i]); });
-    out << "POINT_DATA " << n << '\n';
-    vectors("VECTORS velocity float", particles.velocity);
-    section("SCALARS density float 1\nLOOKUP_TABLE default", [&](std::string& bytes, int i) { append_word(bytes, density[i]); });
-    section("SCALARS id int 1\nLOOKUP_TABLE default", [&](std::string& bytes, int i) { append_word(bytes, particles.id[i]); });
-  });
+  };
+  const auto vectors = [&](const Vectors<float>& v) {
+    return in_order([&v](int i) { return Vector3<float>{v.x[i], v.y[i], v.z[i]}; });
+  };
+  const auto add_vertices = [&](vtk::Words& words) {
+    for (const int i : order) words.add(1), words.add(particles.id[i]);
+  };
+  vtk::write(path, {.title = "Lockstep fluid",
+                    .points = particles.count,
+                    .positions = vectors(particles.position),
+                    .vertices = {particles.count, particles.count, add_vertices},
+                    .point_data = {{"velocity", vtk::Type::vectors, vectors(particles.velocity)},
+                                   {"density", vtk::Type::floats, in_order([&](int i) { return density[i]; })},
+                                   {"id", vtk::Type::ints, in_order([&](int i) { return particles.id[i]; })}}});
 }
 
 }  // namespace lockstep::fluid

@@ -3,37 +3,35 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <initializer_list>
 #include <limits>
 #include <numbers>
 #include <vector>
 
-#include "common/atomic_file.h"
-#include "common/vtk_words.h"
+#include "common/vtk.h"
 
 namespace lockstep::rigid {
 namespace {
 
 using Vector = Vector3<float>;
 
-// The file's sections, as they grow.
+// What the file will hold, as it grows.
 struct Polygons {
-  std::string points, cells, bodies, speeds;
-  int point_count = 0, cell_count = 0, word_count = 0;
+  std::vector<Vector> points;
+  std::vector<std::int32_t> cells;  // of each the number of its corners, then the corners
+  std::vector<std::int32_t> bodies;
+  std::vector<float> speeds;
 
-  // Its number.
+  // The number of the point.
   int add_point(const Vector& p) {
-    for (const float x : {p.x, p.y, p.z}) append_word(points, x);
-    return point_count++;
+    points.push_back(p);
+    return static_cast<int>(points.size()) - 1;
   }
   template <class Corners>
   void add_cell(const Corners& corners, int body, float speed) {
-    append_word(cells, static_cast<std::int32_t>(std::size(corners)));
-    for (const int corner : corners) append_word(cells, corner);
-    append_word(bodies, body);
-    append_word(speeds, speed);
-    word_count += 1 + static_cast<int>(std::size(corners));
-    ++cell_count;
+    cells.push_back(static_cast<std::int32_t>(std::size(corners)));
+    cells.insert(cells.end(), std::begin(corners), std::end(corners));
+    bodies.push_back(body);
+    speeds.push_back(speed);
   }
 };
 
@@ -60,7 +58,7 @@ void add_faces(Polygons& out, const World<float>& world, int collider) {
   const Placement placed = place(world, collider);
   const int hull = world.colliders.hull[collider];
   const Quad<float>& scale = world.colliders.size[collider];
-  const int first_point = out.point_count;
+  const int first_point = static_cast<int>(out.points.size());
   for (int i = hulls.first_vertex[hull]; i < hulls.first_vertex[hull + 1]; ++i) {
     const Quad<float>& v = hulls.vertex[i];
     out.add_point(placed({scale.x * v.x, scale.y * v.y, scale.z * v.z}));
@@ -115,7 +113,7 @@ void add_plane(Polygons& out, const World<float>& world, int collider) {
   const Vector middle = alone ? placed.position : .5f * (low + high), diagonal = alone ? Vector{0, 0, 0} : high - low;
   const Vector foot = transposed_times(placed.turn, middle - placed.position);
   const float half = 1 + .6f * std::sqrt(dot(diagonal, diagonal));
-  const int first = out.point_count;
+  const int first = static_cast<int>(out.points.size());
   for (const auto& [x, z] : {std::array{-half, -half}, {-half, half}, {half, half}, {half, -half}})
     out.add_point(placed({foot.x + x, 0, foot.z + z}));
   out.add_cell(std::array{first, first + 1, first + 2, first + 3}, placed.body, placed.speed);
@@ -134,14 +132,14 @@ void write_vtk(const std::string& path, const World<float>& world) {
     else
       add_faces(polygons, world, i);
   }
-  write_file(path, [&](std::ostream& out) {
-    out << "# vtk DataFile Version 3.0\nLockstep rigid bodies\nBINARY\nDATASET POLYDATA\n";
-    out << "POINTS " << polygons.point_count << " float\n" << polygons.points << '\n';
-    out << "POLYGONS " << polygons.cell_count << ' ' << polygons.word_count << '\n' << polygons.cells << '\n';
-    out << "CELL_DATA " << polygons.cell_count << '\n';
-    out << "SCALARS body int 1\nLOOKUP_TABLE default\n" << polygons.bodies << '\n';
-    out << "SCALARS speed float 1\nLOOKUP_TABLE default\n" << polygons.speeds << '\n';
-  });
+  const auto cells = static_cast<std::int64_t>(polygons.bodies.size());
+  const auto corners = static_cast<std::int64_t>(polygons.cells.size()) - cells;
+  vtk::write(path, {.title = "Lockstep rigid bodies",
+                    .points = static_cast<std::int64_t>(polygons.points.size()),
+                    .positions = vtk::each(polygons.points),
+                    .polygons = {cells, corners, vtk::each(polygons.cells)},
+                    .cell_data = {{"body", vtk::Type::ints, vtk::each(polygons.bodies)},
+                                  {"speed", vtk::Type::floats, vtk::each(polygons.speeds)}}});
 }
 
 }  // namespace lockstep::rigid
