@@ -814,7 +814,7 @@ TEST_F(RigidSceneTest, RefusesWrongBodies) {
   EXPECT_EQ(with("capsule = { half = 1 }"), "a.toml:4:11: radius is missing");
   EXPECT_EQ(with("capsule = { half = 0, radius = 1 }"), "a.toml:4:20: half: " + length);
   EXPECT_EQ(with("capsule = { half = 1, radius = 1, axis = 2 }"), "a.toml:4:35: unknown key axis, expected one of: half, radius");
-  EXPECT_EQ(with("box = [1, -1, 1]"), "a.toml:4:7: box: expected three numbers from 1e-4 to 1e5, half the sides, in m");
+  EXPECT_EQ(with("box = [1, -1, 1]"), "a.toml:4:7: box: expected three numbers from 1e-4 to 1e5, in m");
   EXPECT_EQ(with("box = [1, 1]"), "a.toml:4:7: box: expected three finite numbers [x, y, z] in m");
   EXPECT_EQ(with("hull = \"gem\""), "a.toml:4:8: hull: expected the name of a [[hull]]");
   EXPECT_EQ(with("hull = 3"), "a.toml:4:8: hull: expected text in quotes");
@@ -882,7 +882,7 @@ TEST_F(RigidSceneTest, RefusesWrongGenerators) {
   EXPECT_EQ(with("[pyramid]\nlayers = 2\n"), "a.toml:3:1: pyramid: expected one or more tables [[pyramid]]");
   EXPECT_EQ(with("[[stack]]\ncount = 2\n"), "a.toml:3:1: box is missing");
   EXPECT_EQ(with("[[stack]]\ncount = 2\nbox = [0, 1, 1]\n"),
-            "a.toml:5:7: box: expected three numbers from 1e-4 to 1e5, half the sides, in m");
+            "a.toml:5:7: box: expected three numbers from 1e-4 to 1e5, in m");
   EXPECT_EQ(with("[[wall]]\ncourses = 2\nbricks = 1.5\n"), "a.toml:5:10: bricks: expected a whole number from 1 to 67108864");
   EXPECT_EQ(with("[[castle]]\nbricks = 14\n"), "a.toml:4:10: bricks: expected a whole number from 15 to 67108864");
   EXPECT_EQ(with("[[castle]]\nmass = 0\n"), "a.toml:4:8: mass: expected a number from 1e-6 to 1e9, in kg");

@@ -2,22 +2,16 @@
 
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 
+#include "common/digits.h"
 #include "common/input_error.h"
 #include "common/memory.h"
 
 namespace lockstep::cloth {
 namespace {
 
-std::string text(double x) {
-  char digits[32];
-  std::snprintf(digits, sizeof digits, "%.10g", x);
-  return digits;
-}
-
 void require_at_most(double limit, double count, const std::string& what, const std::string& where) {
-  if (count > limit) throw InputError(where + ": " + text(count) + ' ' + what + ", expected at most " + text(limit));
+  if (count > limit) throw InputError(where + ": " + digits_of(count) + ' ' + what + ", expected at most " + digits_of(limit));
 }
 
 // As in messages: [row, column] of a sheet, the number in its OBJ file of a mesh.
@@ -47,7 +41,7 @@ void require_sheet_size(double rows, double columns, const std::string& where) {
   constexpr double constraints = 6;                        // that a particle begins; each ties two
   const double triangles = 2 * (rows + 1) * (pitch + 16);  // as many as Cloth::force has room for
   require_memory(making_bytes(particles, constraints * particles, triangles, 2 * constraints),
-                 where + ": a sheet of " + text(rows * columns) + " particles");
+                 where + ": a sheet of " + digits_of(rows * columns) + " particles");
 }
 
 void require_mesh_size(double points, double triangles, double triangles_around, const std::string& where) {
@@ -55,7 +49,7 @@ void require_mesh_size(double points, double triangles, double triangles_around,
   require_at_most(max_triangles, triangles, "triangles", where);
   // A triangle brings at most three edges and three bending ties; of those, at each of its corners two and two.
   require_memory(making_bytes(points, 6 * triangles, triangles, 4 * triangles_around),
-                 where + ": a cloth of " + text(points) + " points and " + text(triangles) + " triangles");
+                 where + ": a cloth of " + digits_of(points) + " points and " + digits_of(triangles) + " triangles");
 }
 
 void require_lengths(const Cloth<double>& cloth, const std::string& where) {
@@ -64,7 +58,7 @@ void require_lengths(const Cloth<double>& cloth, const std::string& where) {
     const double length = std::sqrt(list.rest_2[k]);
     if (!(length >= smallest && length <= largest))
       throw InputError(where + ": particles " + name(cloth.sheet, list.a[k]) + " and " + name(cloth.sheet, list.b[k]) + " are tied and " +
-                       text(length) + " m apart, expected from " + text(smallest) + " to " + text(largest));
+                       digits_of(length) + " m apart, expected from " + digits_of(smallest) + " to " + digits_of(largest));
   }
 }
 

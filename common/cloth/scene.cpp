@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <filesystem>
-#include <limits>
 #include <numbers>
 #include <set>
 #include <string_view>
@@ -14,33 +12,29 @@
 #include "common/cloth/limits.h"
 #include "common/cloth/make.h"
 #include "common/obj.h"
-#include "common/toml.h"
+#include "common/scene_reader.h"
 
 namespace lockstep::cloth {
 namespace {
 
-constexpr int most = std::numeric_limits<int>::max();
-
 std::optional<double> positive(const toml::table& table, std::string_view key, std::string_view unit) {
-  return number(table, key, "a number from 1e-9 to 1e9" + std::string(unit), [](double x) { return x >= smallest && x <= largest; });
+  return number_between(table, key, smallest, largest, unit);
 }
 
 double not_negative(const toml::table& table, std::string_view key, std::string_view unit) {
-  return number(table, key, "a number from 0 to 1e9" + std::string(unit), [](double x) { return x >= 0 && x <= largest; }).value_or(0);
+  return number_between(table, key, 0, largest, unit).value_or(0);
 }
 
 Model<double> read_model(const toml::table& scene) {
-  const int substeps = static_cast<int>(whole(scene, "substeps", 1, 1'000'000).value_or(1));
-  const double time_step =
-      number(scene, "time_step", "a number from 1e-6 to 1, in s", [](double x) { return x >= 1e-6 && x <= 1; }).value_or(1. / 60) /
-      substeps;
+  const int substeps = whole_int(scene, "substeps", 1, 1'000'000).value_or(1);
+  const double time_step = number_between(scene, "time_step", 1e-6, 1, "s").value_or(1. / 60) / substeps;
   return {.time_step = time_step,
           .substeps = substeps,
-          .iterations = static_cast<int>(whole(scene, "iterations", 0, most).value_or(20)),
+          .iterations = whole_int(scene, "iterations", 0).value_or(20),
           .gravity = vector(scene, "gravity", "m/s^2").value_or(Vector3<double>{0, -9.81, 0}),
           .wind = vector(scene, "wind", "m/s").value_or(Vector3<double>{0, 0, 0}),
-          .drag = not_negative(scene, "drag", ", in kg/m^3"),
-          .velocity_factor = std::exp(-not_negative(scene, "damping", ", in 1/s") * time_step)};
+          .drag = not_negative(scene, "drag", "kg/m^3"),
+          .velocity_factor = std::exp(-not_negative(scene, "damping", "1/s") * time_step)};
 }
 
 // --- Bodies
@@ -57,12 +51,12 @@ Plane<double> read_plane(const toml::table& table) {
 Capsule<double> read_sphere(const toml::table& table) {
   check_keys(table, {"centre", "radius"}, {});
   const Vector3<double> centre = *vector(table, "centre", "m");
-  return {.from = centre, .to = centre, .radius = *positive(table, "radius", ", in m")};
+  return {.from = centre, .to = centre, .radius = *positive(table, "radius", "m")};
 }
 
 Capsule<double> read_capsule(const toml::table& table) {
   check_keys(table, {"from", "to", "radius"}, {});
-  return {.from = *vector(table, "from", "m"), .to = *vector(table, "to", "m"), .radius = *positive(table, "radius", ", in m")};
+  return {.from = *vector(table, "from", "m"), .to = *vector(table, "to", "m"), .radius = *positive(table, "radius", "m")};
 }
 
 // Where the axes come to lie that are turned about x, then y, then z.
@@ -81,9 +75,7 @@ std::array<Vector3<double>, 3> turned_axes(Vector3<double> degrees) {
 
 Box<double> read_box(const toml::table& table) {
   check_keys(table, {"centre", "half"}, {"turn"});
-  const Vector3<double> half = *vector(table, "half", "m");
-  for (const double length : {half.x, half.y, half.z})
-    if (!(length >= smallest && length <= largest)) refuse_value(*table.get("half"), "half", "three numbers from 1e-9 to 1e9, in m");
+  const Vector3<double> half = *vector_between(table, "half", smallest, largest, "m");
   return {.centre = *vector(table, "centre", "m"),
           .half = half,
           .axis = turned_axes(vector(table, "turn", "degrees").value_or(Vector3<double>{0, 0, 0}))};
@@ -179,7 +171,7 @@ Pull read_pull(const toml::table& table, int rows, int columns) {
 Cloth<double> load_sheet(const toml::table& table, const Model<double>& model, const Bodies<double>& bodies) {
   check_keys(table, {"rows", "columns", "origin", "width", "height", "mass"}, {"bending", "pins", "pull"});
   const std::string where = position(table.source());
-  const int rows = static_cast<int>(*whole(table, "rows", 1, most)), columns = static_cast<int>(*whole(table, "columns", 1, most));
+  const int rows = *whole_int(table, "rows", 1), columns = *whole_int(table, "columns", 1);
   require_sheet_size(rows, columns, where);
 
   // From one particle to the next along a side of the sheet.
@@ -193,7 +185,7 @@ Cloth<double> load_sheet(const toml::table& table, const Model<double>& model, c
                  .origin = *vector(table, "origin", "m"),
                  .across = spacing("width", columns),
                  .down = spacing("height", rows),
-                 .mass = *positive(table, "mass", ", in kg"),
+                 .mass = *positive(table, "mass", "kg"),
                  .bending = truth(table, "bending").value_or(false),
                  .pinned = read_pins(table, rows, columns)};
   const Pull pull = read_pull(table, rows, columns);
@@ -213,9 +205,9 @@ Cloth<double> load_sheet(const toml::table& table, const Model<double>& model, c
 
 Cloth<double> load_mesh(const toml::table& table, const std::string& scene_path, const Model<double>& model, const Bodies<double>& bodies) {
   check_keys(table, {"file", "mass"}, {"scale", "bending", "pins_above"});
-  const std::string path = std::filesystem::path(scene_path).replace_filename(*text(table, "file")).string();
+  const std::string path = beside(scene_path, *text(table, "file"));
   const double scale = positive(table, "scale", "").value_or(1);
-  const double mass = *positive(table, "mass", ", in kg");
+  const double mass = *positive(table, "mass", "kg");
   const bool bending = truth(table, "bending").value_or(false);
   const std::optional<double> pins_above = number(table, "pins_above", "a finite number, in m", [](double) { return true; });
 
@@ -241,19 +233,18 @@ Cloth<double> load_mesh(const toml::table& table, const std::string& scene_path,
 }  // namespace
 
 Scene load_scene(const std::string& path) {
-  const toml::table scene = parse_toml(path);
-  check_keys(scene, {"kind"},
-             {"frames", "time_step", "substeps", "iterations", "gravity", "wind", "drag", "damping", "friction", "thickness", "sheet",
-              "mesh", "plane", "sphere", "capsule", "box"});
-  if (scene.get("kind")->value_exact<std::string>() != "cloth") refuse_value(*scene.get("kind"), "kind", "\"cloth\"");
-  const int frames = static_cast<int>(whole(scene, "frames", 1, most).value_or(300));
+  const toml::table scene =
+      read_scene(path, "cloth", {"kind"},
+                 {"frames", "time_step", "substeps", "iterations", "gravity", "wind", "drag", "damping", "friction",
+                  "thickness", "sheet", "mesh", "plane", "sphere", "capsule", "box"});
+  const int frames = whole_int(scene, "frames", 1).value_or(300);
   const Model<double> model = read_model(scene);
   const Bodies<double> bodies = read_bodies(scene);
-  const Bodies<double> kept_off = thickened(bodies, not_negative(scene, "thickness", ", in m"));
+  const Bodies<double> kept_off = thickened(bodies, not_negative(scene, "thickness", "m"));
   const toml::table *sheet = subtable(scene, "sheet"), *mesh = subtable(scene, "mesh");
   if (!sheet && !mesh) refuse(scene.source(), "sheet or mesh is missing");
   if (sheet && mesh) refuse_value(*mesh, "mesh", "either [sheet] or [mesh]");
-  return {.name = std::filesystem::path(path).stem().string(),
+  return {.name = scene_name(path),
           .path = path,
           .cloth = sheet ? load_sheet(*sheet, model, kept_off) : load_mesh(*mesh, path, model, kept_off),
           .bodies = bodies,

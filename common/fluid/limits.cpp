@@ -2,21 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "common/digits.h"
 #include "common/input_error.h"
 #include "common/memory.h"
 
 namespace lockstep::fluid {
-namespace {
-
-std::string text(double x) {
-  char digits[32];
-  std::snprintf(digits, sizeof digits, "%.10g", x);
-  return digits;
-}
-
-}  // namespace
 
 // make_grid does the same with cells a hundred-thousandth wider, which is more than its numbers may be off by rounding.
 double count_cells(const Model<double>& model) {
@@ -27,21 +18,21 @@ double count_cells(const Model<double>& model) {
 
 void require_resolution(double particles_per_metre, const std::string& where) {
   if (!(particles_per_metre >= min_particles_per_metre && particles_per_metre <= max_particles_per_metre))
-    throw InputError(where + ": particles per metre is " + text(particles_per_metre) + ", expected a number from " +
-                     text(min_particles_per_metre) + " to " + text(max_particles_per_metre));
+    throw InputError(where + ": particles per metre is " + digits_of(particles_per_metre) + ", expected a number from " +
+                     digits_of(min_particles_per_metre) + " to " + digits_of(max_particles_per_metre));
 }
 
 void require_size(const Model<double>& model, double particles, const std::string& where) {
   const double cells = count_cells(model);
-  if (particles > max_particles) throw InputError(where + ": " + text(particles) + " particles, expected at most " + text(max_particles));
+  if (particles > max_particles) throw InputError(where + ": " + digits_of(particles) + " particles, expected at most " + digits_of(max_particles));
   if (cells > max_cells)
-    throw InputError(where + ": " + text(model.particles_per_metre) + " particles per metre cut the domain into " + text(cells) +
-                     " cells, expected at most " + text(max_cells));
+    throw InputError(where + ": " + digits_of(model.particles_per_metre) + " particles per metre cut the domain into " + digits_of(cells) +
+                     " cells, expected at most " + digits_of(max_cells));
   // At rest 4/3 pi 1.695^3 = 20.4 neighbours are within h. The lists note each pair once, its number and distance, and have up to twice the
   // room they need. A denser fluid asks for more as it runs (require_lists_fit, neighbours.h).
   const double lists = 2 * 20.4 / 2 * (sizeof(std::int32_t) + sizeof(float)) * particles;
   require_memory(simulation_bytes<float>(particles, cells) + lists,
-                 where + ": simulating " + text(particles) + " particles in " + text(cells) + " cells");
+                 where + ": simulating " + digits_of(particles) + " particles in " + digits_of(cells) + " cells");
 }
 
 }  // namespace lockstep::fluid

@@ -9,7 +9,7 @@
 
 #include "common/fluid/file.h"
 #include "common/fluid/limits.h"
-#include "common/toml.h"
+#include "common/scene_reader.h"
 
 namespace lockstep::fluid {
 namespace {
@@ -29,7 +29,7 @@ Block read_block(const toml::table& table, double particles_per_metre) {
   const Vector3<double> min = *vector(table, "min", "m"), max = *vector(table, "max", "m");
   if (!(min.x < max.x && min.y < max.y && min.z < max.z)) refuse_value(*table.get("max"), "max", "to be greater than min on every axis");
   const double spacing = number(table, "spacing", "a number > 0, in m", [](double x) { return x > 0; }).value_or(1 / particles_per_metre);
-  const double jitter = number(table, "jitter", "a number from 0 to 1", [](double x) { return x >= 0 && x <= 1; }).value_or(0);
+  const double jitter = number_between(table, "jitter", 0, 1, "").value_or(0);
   const Vector3<double> velocity = vector(table, "velocity", "m/s").value_or(Vector3<double>{0, 0, 0});
   // Lattice points min + (i + 1/2) spacing < max, i = 0, 1, ...
   const auto fit = [&](double from, double to) { return std::ceil((to - from) / spacing - .5); };
@@ -92,23 +92,21 @@ Holds read_holds(const toml::table& scene) {
   return {.momentum_conserved = truth(*table, "momentum_conserved").value_or(false),
           .inside_domain = truth(*table, "inside_domain").value_or(false),
           .lattice_density = truth(*table, "lattice_density").value_or(false),
-          .energy_falls_after = whole(*table, "energy_falls_after", 0, std::numeric_limits<int>::max())};
+          .energy_falls_after = whole_int(*table, "energy_falls_after", 0)};
 }
 
-Scene load_toml(const std::string& name, const std::string& path) {
-  const toml::table scene = parse_toml(path);
-  check_keys(scene, {"kind", "particles_per_metre", "block"}, {"frames", "walls", "gravity", "seed", "holds"});
-  if (scene.get("kind")->value_exact<std::string>() != "fluid") refuse_value(*scene.get("kind"), "kind", "\"fluid\"");
-
-  const double particles_per_metre = *number(scene, "particles_per_metre", "a number from 1e-6 to 1e6",
-                                             [](double x) { return x >= min_particles_per_metre && x <= max_particles_per_metre; });
+Scene load_toml(const std::string& path) {
+  const toml::table scene = read_scene(path, "fluid", {"kind", "particles_per_metre", "block"},
+                                       {"frames", "walls", "gravity", "seed", "holds"});
+  const double particles_per_metre =
+      *number_between(scene, "particles_per_metre", min_particles_per_metre, max_particles_per_metre, "");
   Model<double> model = make_model(particles_per_metre);
   require_size(model, 0, position(scene.get("particles_per_metre")->source()));
   model.gravity = vector(scene, "gravity", "m/s^2").value_or(model.gravity);
   model.walls = truth(scene, "walls").value_or(model.walls);
-  const int frames = static_cast<int>(whole(scene, "frames", 1, std::numeric_limits<int>::max()).value_or(100));
+  const int frames = whole_int(scene, "frames", 1).value_or(100);
   const std::uint64_t seed = whole(scene, "seed", 0, std::numeric_limits<std::int64_t>::max()).value_or(1);
-  return {.name = name,
+  return {.name = scene_name(path),
           .path = path,
           .model = model,
           .particles = make_particles(read_blocks(scene, model), seed),
@@ -116,9 +114,9 @@ Scene load_toml(const std::string& name, const std::string& path) {
           .holds = read_holds(scene)};
 }
 
-Scene load_fluid(const std::string& name, const std::string& path) {
+Scene load_fluid(const std::string& path) {
   FluidFile file = read_fluid(path);
-  return {.name = name,
+  return {.name = scene_name(path),
           .path = path,
           .model = make_model(file.particles_per_metre),
           .particles = std::move(file.particles),
@@ -129,10 +127,7 @@ Scene load_fluid(const std::string& name, const std::string& path) {
 }  // namespace
 
 Scene load_scene(const std::string& path) {
-  const std::filesystem::path file(path);
-  const std::string name = file.stem().string();
-  if (file.extension() == ".fluid") return load_fluid(name, path);
-  return load_toml(name, path);
+  return std::filesystem::path(path).extension() == ".fluid" ? load_fluid(path) : load_toml(path);
 }
 
 }  // namespace lockstep::fluid

@@ -3,16 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <filesystem>
 #include <limits>
 #include <string_view>
 #include <utility>
 
+#include "common/digits.h"
 #include "common/levelset/mesh.h"
 #include "common/memory.h"
 #include "common/obj.h"
-#include "common/toml.h"
+#include "common/scene_reader.h"
 
 namespace lockstep::levelset {
 namespace {
@@ -22,14 +21,8 @@ constexpr int most = std::numeric_limits<int>::max();
 // A field in float and in double, distances in both, and what fast marching keeps of a point.
 constexpr double bytes_per_point = 40;
 
-std::string digits_of(double x) {
-  char digits[32];
-  std::snprintf(digits, sizeof digits, "%.10g", x);
-  return digits;
-}
-
 std::optional<double> positive(const toml::table& table, std::string_view key, std::string_view unit) {
-  return number(table, key, "a number from 1e-9 to 1e9" + std::string(unit), [](double x) { return x >= 1e-9 && x <= 1e9; });
+  return number_between(table, key, 1e-9, 1e9, unit);
 }
 
 // --- The grid
@@ -61,8 +54,7 @@ Grid read_grid(const toml::table& scene) {
       .nx = nx,
       .ny = ny,
       .nz = nz,
-      .spacing =
-          number(scene, "spacing", "a number from 1e-6 to 1e6, in m", [](double x) { return x >= 1e-6 && x <= 1e6; }).value_or(1. / nx),
+      .spacing = number_between(scene, "spacing", 1e-6, 1e6, "m").value_or(1. / nx),
       .origin = vector(scene, "origin", "m").value_or(Vector3<double>{0, 0, 0})};
   // Farther from zero, rounding would move points.
   for (const double x : {grid.origin.x, grid.origin.y, grid.origin.z})
@@ -83,21 +75,18 @@ double read_band(const toml::table& scene, const Grid& grid) {
 
 Sphere read_sphere(const toml::table& table) {
   check_keys(table, {"centre", "radius"}, {});
-  return {.centre = *vector(table, "centre", "m"), .radius = *positive(table, "radius", ", in m")};
+  return {.centre = *vector(table, "centre", "m"), .radius = *positive(table, "radius", "m")};
 }
 
 Box read_box(const toml::table& table) {
   check_keys(table, {"centre", "half"}, {});
-  const Vector3<double> half = *vector(table, "half", "m");
-  for (const double length : {half.x, half.y, half.z})
-    if (!(length >= 1e-9 && length <= 1e9)) refuse_value(*table.get("half"), "half", "three numbers from 1e-9 to 1e9, in m");
-  return {.centre = *vector(table, "centre", "m"), .half = half};
+  return {.centre = *vector(table, "centre", "m"), .half = *vector_between(table, "half", 1e-9, 1e9, "m")};
 }
 
 Torus read_torus(const toml::table& table) {
   check_keys(table, {"centre", "ring", "tube"}, {});
   const Torus torus{
-      .centre = *vector(table, "centre", "m"), .ring = *positive(table, "ring", ", in m"), .tube = *positive(table, "tube", ", in m")};
+      .centre = *vector(table, "centre", "m"), .ring = *positive(table, "ring", "m"), .tube = *positive(table, "tube", "m")};
   if (!(torus.tube < torus.ring)) refuse_value(*table.get("tube"), "tube", "less than the ring's radius");
   return torus;
 }
@@ -112,7 +101,7 @@ std::vector<Shape> read_shapes(const toml::table& scene) {
 
 Mesh load_mesh(const toml::table& table, const std::string& scene_path) {
   check_keys(table, {"file"}, {"scale"});
-  const std::string path = std::filesystem::path(scene_path).replace_filename(*text(table, "file")).string();
+  const std::string path = beside(scene_path, *text(table, "file"));
   const double scale = positive(table, "scale", "").value_or(1);
   Mesh mesh = read_obj(path);
   require_closed(mesh, path);
@@ -154,13 +143,13 @@ void require_interface(const Field<float>& phi, const toml::table& scene) {
 }  // namespace
 
 Scene load_scene(const std::string& path) {
-  const toml::table scene = parse_toml(path);
-  check_keys(scene, {"kind", "points"}, {"spacing", "origin", "band", "rounds", "distort", "sphere", "box", "torus", "mesh"});
-  if (scene.get("kind")->value_exact<std::string>() != "levelset") refuse_value(*scene.get("kind"), "kind", "\"levelset\"");
+  const toml::table scene =
+      read_scene(path, "levelset", {"kind", "points"},
+                 {"spacing", "origin", "band", "rounds", "distort", "sphere", "box", "torus", "mesh"});
   const Grid grid = read_grid(scene);
   const double band = read_band(scene, grid);
-  const int rounds = static_cast<int>(whole(scene, "rounds", 1, most).value_or(1));
-  const double distort = number(scene, "distort", "a number from 0 to 0.9", [](double x) { return x >= 0 && x <= .9; }).value_or(0);
+  const int rounds = whole_int(scene, "rounds", 1).value_or(1);
+  const double distort = number_between(scene, "distort", 0, .9, "").value_or(0);
   std::vector<Shape> shapes = read_shapes(scene);
   const toml::table* mesh = subtable(scene, "mesh");
   if (shapes.empty() && !mesh) refuse(scene.source(), "sphere, box, torus or mesh is missing");
@@ -168,7 +157,7 @@ Scene load_scene(const std::string& path) {
 
   Field<float> phi = distorted(mesh ? signed_distance(load_mesh(*mesh, path), grid) : distance_from(shapes, grid), grid, distort);
   require_interface(phi, scene);
-  return {.name = std::filesystem::path(path).stem().string(),
+  return {.name = scene_name(path),
           .path = path,
           .grid = grid,
           .phi = std::move(phi),

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <filesystem>
 #include <limits>
 #include <map>
 #include <optional>
@@ -12,12 +10,13 @@
 #include <utility>
 #include <vector>
 
+#include "common/digits.h"
 #include "common/input_error.h"
 #include "common/memory.h"
 #include "common/obj.h"
 #include "common/rigid/generators.h"
 #include "common/rigid/make.h"
-#include "common/toml.h"
+#include "common/scene_reader.h"
 
 namespace lockstep::rigid {
 namespace {
@@ -36,16 +35,8 @@ struct Defaults {
 
 // --- Values
 
-std::string digits_of(double x) {
-  char digits[32];
-  std::snprintf(digits, sizeof digits, "%.10g", x);
-  return digits;
-}
-
-bool is_length(double x) { return x >= shortest && x <= longest; }
-
 std::optional<double> length(const toml::table& table, std::string_view key) {
-  return number(table, key, "a number from 1e-4 to 1e5, in m", is_length);
+  return number_between(table, key, shortest, longest, "m");
 }
 
 // m, m/s or rad/s
@@ -56,23 +47,14 @@ Vector near_vector(const toml::table& table, std::string_view key, std::string_v
   return v;
 }
 
-Vector box(const toml::table& table) {
-  const Vector half = *vector(table, "box", "m");
-  for (const double x : {half.x, half.y, half.z})
-    if (!is_length(x)) refuse_value(*table.get("box"), "box", "three numbers from 1e-4 to 1e5, half the sides, in m");
-  return half;
-}
+// Half the sides.
+Vector box(const toml::table& table) { return *vector_between(table, "box", shortest, longest, "m"); }
 
-std::optional<double> mass(const toml::table& table) {
-  return number(table, "mass", "a number from 1e-6 to 1e9, in kg", [](double x) { return x >= 1e-6 && x <= 1e9; });
-}
+std::optional<double> mass(const toml::table& table) { return number_between(table, "mass", 1e-6, 1e9, "kg"); }
 
 Surface read_surface(const toml::table& table, const Surface& otherwise) {
-  return {.friction =
-              number(table, "friction", "a number from 0 to 100", [](double x) { return x >= 0 && x <= 100; }).value_or(otherwise.friction),
-          .restitution = number(table, "restitution", "a number from 0 to 1", [](double x) {
-                           return x >= 0 && x <= 1;
-                         }).value_or(otherwise.restitution)};
+  return {.friction = number_between(table, "friction", 0, 100, "").value_or(otherwise.friction),
+          .restitution = number_between(table, "restitution", 0, 1, "").value_or(otherwise.restitution)};
 }
 
 Quaternion<double> read_orientation(const toml::table& table) {
@@ -107,10 +89,6 @@ Quaternion<double> turn_to(const Vector& normal) {
 }
 
 // --- Files
-
-std::string beside(const std::string& scene_path, const std::string& file) {
-  return std::filesystem::path(scene_path).replace_filename(file).string();
-}
 
 void require_room(const World<double>& world, double bodies, double triangles, const std::string& where) {
   const std::string what = bodies > 0 ? digits_of(bodies) + " bodies" : digits_of(triangles) + " triangles";
@@ -240,8 +218,7 @@ void check_shape(const toml::table& table, bool or_parts) {
 
 Heaviness read_heaviness(const toml::table& body, const std::vector<const toml::table*>& parts) {
   const std::optional<double> kilograms = mass(body);
-  const std::optional<double> density =
-      number(body, "density", "a number from 1e-3 to 1e6, in kg/m^3", [](double x) { return x >= 1e-3 && x <= 1e6; });
+  const std::optional<double> density = number_between(body, "density", 1e-3, 1e6, "kg/m^3");
   if (kilograms && density) refuse_value(*body.get("density"), "density", "either mass or density");
   const std::string_view key = kilograms ? "mass" : "density";
   if (kilograms || density)
@@ -287,9 +264,9 @@ void read_body(const toml::table& table, World<double>& world, const Defaults& d
 // --- Generators
 
 // Counts of bodies that are made one by one; more are refused in require_room.
-constexpr std::int64_t most_whole = 1 << 26;
+constexpr int most_whole = 1 << 26;
 
-int count_of(const toml::table& table, std::string_view key) { return static_cast<int>(*whole(table, key, 1, most_whole)); }
+int count_of(const toml::table& table, std::string_view key) { return *whole_int(table, key, 1, most_whole); }
 
 Assortment read_assortment(const toml::table& table) {
   const std::map<std::string, Assortment> named = {
@@ -333,8 +310,8 @@ void read_generators(const toml::table& scene, World<double>& world, const Defau
   });
   each("castle", [&](const toml::table& table) {
     check_keys(table, {}, {"courses", "bricks", "position", "mass"});
-    const int courses = static_cast<int>(whole(table, "courses", 1, most_whole).value_or(16));
-    const int bricks = static_cast<int>(whole(table, "bricks", 15, most_whole).value_or(42));  // fewer leave no room for the keep
+    const int courses = whole_int(table, "courses", 1, most_whole).value_or(16);
+    const int bricks = whole_int(table, "bricks", 15, most_whole).value_or(42);  // fewer leave no room for the keep
     add_castle(world, kit_of(table, castle_bodies(courses, bricks)), courses, bricks);
   });
   each("dominoes", [&](const toml::table& table) {
@@ -345,7 +322,7 @@ void read_generators(const toml::table& scene, World<double>& world, const Defau
   each("pit", [&](const toml::table& table) {
     check_keys(table, {"of", "count"}, {"across", "from", "seed", "position", "mass"});
     const Assortment assortment = read_assortment(table);
-    const int count = count_of(table, "count"), across = static_cast<int>(whole(table, "across", 1, 10'000).value_or(11));
+    const int count = count_of(table, "count"), across = whole_int(table, "across", 1, 10'000).value_or(11);
     const double from = length(table, "from").value_or(1.2);
     const std::uint64_t seed = read_seed(table);
     add_pit(world, kit_of(table, count + pit_walls, assortment_triangles(assortment)), assortment, count, across, from, seed);
@@ -354,8 +331,7 @@ void read_generators(const toml::table& scene, World<double>& world, const Defau
     check_keys(table, {"of", "count", "overlapping"}, {"seed", "position", "mass"});
     const Assortment assortment = read_assortment(table);
     const int count = count_of(table, "count");
-    const double overlapping =
-        *number(table, "overlapping", "a number from 1e-6 to 0.999", [](double x) { return x >= 1e-6 && x <= .999; });
+    const double overlapping = *number_between(table, "overlapping", 1e-6, .999, "");
     const std::uint64_t seed = read_seed(table);
     add_soup(world, kit_of(table, count, assortment_triangles(assortment)), assortment, count, overlapping, seed);
   });
@@ -373,17 +349,14 @@ double making_bytes(double bodies, double triangles) {
 }
 
 Scene load_scene(const std::string& path) {
-  const toml::table scene = parse_toml(path);
-  check_keys(scene, {"kind", "frames"},
-             {"settle", "time_step", "iterations", "gravity", "friction", "restitution", "hull", "body", "pyramid", "stack", "wall",
-              "castle", "dominoes", "pit", "soup"});
-  if (scene.get("kind")->value_exact<std::string>() != "rigid") refuse_value(*scene.get("kind"), "kind", "\"rigid\"");
-  constexpr int most = std::numeric_limits<int>::max();
-  const int frames = static_cast<int>(*whole(scene, "frames", 1, most));
-  const int settle = static_cast<int>(whole(scene, "settle", 0, most).value_or(0));
-  const int iterations = static_cast<int>(whole(scene, "iterations", 1, most).value_or(10));
-  const double time_step =
-      number(scene, "time_step", "a number from 1e-6 to 1, in s", [](double x) { return x >= 1e-6 && x <= 1; }).value_or(1. / 60);
+  const toml::table scene =
+      read_scene(path, "rigid", {"kind", "frames"},
+                 {"settle", "time_step", "iterations", "gravity", "friction", "restitution", "hull", "body", "pyramid",
+                  "stack", "wall", "castle", "dominoes", "pit", "soup"});
+  const int frames = *whole_int(scene, "frames", 1);
+  const int settle = whole_int(scene, "settle", 0).value_or(0);
+  const int iterations = whole_int(scene, "iterations", 1).value_or(10);
+  const double time_step = number_between(scene, "time_step", 1e-6, 1, "s").value_or(1. / 60);
   const Vector gravity = scene.contains("gravity") ? near_vector(scene, "gravity", "m/s^2") : Vector{0, -9.81, 0};
 
   Defaults defaults{.surface = read_surface(scene, {}), .path = path, .hull = {}};
@@ -394,7 +367,7 @@ Scene load_scene(const std::string& path) {
   for (const toml::table* table : bodies) read_body(*table, world, defaults);
   read_generators(scene, world, defaults);
   if (world.bodies.count == 0) refuse(scene.source(), "no body in it");
-  return {.name = std::filesystem::path(path).stem().string(),
+  return {.name = scene_name(path),
           .path = path,
           .world = convert<float>(world),
           .time_step = time_step,
