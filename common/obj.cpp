@@ -1,10 +1,4 @@
-// tinyobjloader takes any word for the number 0 and passes over faces that it cannot use. So it is given only lines that were
-// checked, and is left to do what is hard: cutting polygons into triangles.
-#define TINYOBJLOADER_IMPLEMENTATION  // in this file; its shared library then is not needed
-#define TINYOBJLOADER_USE_DOUBLE
 #include "common/obj.h"
-
-#include <tiny_obj_loader.h>
 
 #include <algorithm>
 #include <array>
@@ -12,8 +6,9 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <map>
+#include <numeric>
 #include <optional>
+#include <span>
 #include <sstream>
 #include <utility>
 #include <vector>
@@ -25,8 +20,8 @@
 namespace lockstep {
 namespace {
 
-// What reading may take, by the size of the file. Files of nothing but the shortest polygons took 37.
-constexpr double bytes_per_byte = 50;
+// What reading may take, by the size of the file. Files of nothing but the shortest polygons took 16.
+constexpr double bytes_per_byte = 25;
 
 constexpr double largest = 1e9;  // m: of a coordinate; its square is far from the end of float
 
@@ -41,79 +36,133 @@ std::optional<Number> as(std::string_view word) {
   return error == std::errc() && end == word.data() + word.size() ? std::optional(x) : std::nullopt;
 }
 
-// As many as the number needs.
-std::string digits_of(double x) {
-  char digits[32];
-  return {digits, std::to_chars(digits, std::end(digits), x).ptr};
-}
+// --- Lines of the file
 
-// Whatever the file is like, for tinyobjloader.
-struct CheckedLines {
-  std::stringstream text;               // `v x y z` and `f a b c ...`, points numbered from 1; `s` with its line before a polygon
-  std::vector<Vector3<double>> points;  // exact, as tinyobjloader's numbers are not
-  std::map<unsigned, std::size_t> polygon_triangles;  // by the line of a polygon: how many it is to be cut into
+struct Face {
+  int line;
+  std::size_t first_corner;
 };
 
-CheckedLines checked_lines(const std::string& path) {
+struct Lines {
+  std::vector<Vector3<double>> points;
+  std::vector<Face> faces;
+  std::vector<std::int32_t> corners;  // of one face after another, points counted from 0
+
+  std::span<const std::int32_t> corners_of(std::size_t face) const {
+    const std::size_t begin = faces[face].first_corner;
+    const std::size_t end = face + 1 < faces.size() ? faces[face + 1].first_corner : corners.size();
+    return {corners.data() + begin, end - begin};
+  }
+};
+
+[[noreturn]] void refuse(const std::string& path, int line, const std::string& message) {
+  throw InputError(path + ':' + std::to_string(line) + ": " + message);
+}
+
+Lines read_lines(const std::string& path) {
   std::ifstream in = open_input(path);
   require_memory(bytes_per_byte * static_cast<double>(std::filesystem::file_size(path)), path + ": reading it");
-  CheckedLines checked;
-  std::int64_t points = 0, greatest = 0;
+  Lines lines;
+  std::int64_t greatest = 0;  // of all corners, points counted from 1
   int number = 0, line_of_greatest = 0;
-  const auto refuse = [&](int line, const std::string& message) { throw InputError(path + ':' + std::to_string(line) + ": " + message); };
   for (std::string line; std::getline(in, line);) {
     ++number;
     std::istringstream words(line);
     std::string keyword, word;
     words >> keyword;
     if (keyword == "v") {
-      ++points;
       double xyz[3];
-      checked.text << 'v';
       for (double& coordinate : xyz) {
         word.clear();
         words >> word;
         const std::optional<double> x = as<double>(word);
-        if (!x || !(std::abs(*x) <= largest)) refuse(number, "v: expected three numbers from -1e9 to 1e9, in m");
+        if (!x || !(std::abs(*x) <= largest)) refuse(path, number, "v: expected three numbers from -1e9 to 1e9, in m");
         coordinate = *x;
-        checked.text << ' ' << digits_of(*x);
       }
-      checked.text << '\n';
-      checked.points.push_back({xyz[0], xyz[1], xyz[2]});
+      lines.points.push_back({xyz[0], xyz[1], xyz[2]});
     } else if (keyword == "f") {
-      std::vector<std::int64_t> corners;
+      const auto points = static_cast<std::int64_t>(lines.points.size());
+      const std::size_t first = lines.corners.size();
+      lines.faces.push_back({number, first});
       while (words >> word) {
         const std::int64_t index = as<std::int64_t>(std::string_view(word).substr(0, word.find('/'))).value_or(0);
         const std::int64_t corner = index < 0 ? points + 1 + index : index;
         if (corner <= 0)
-          refuse(number, "f: " + legible(word) + " is no point, expected a number from 1, or from -1 downwards, back from the last");
-        if (std::ranges::find(corners, corner) != corners.end()) refuse(number, "f: point " + std::to_string(corner) + " comes twice");
+          refuse(path, number,
+                 "f: " + legible(word) +
+                     " is no point, expected a number from 1, or from -1 downwards, back from the last");
         if (corner > greatest) greatest = corner, line_of_greatest = number;
-        corners.push_back(corner);
-        if (corners.size() > most_corners) refuse(number, "f: more than " + std::to_string(most_corners) + " points");
+        const auto i = static_cast<std::int32_t>(corner - 1);  // one that is out of range is refused below
+        if (std::find(lines.corners.begin() + first, lines.corners.end(), i) != lines.corners.end())
+          refuse(path, number, "f: point " + std::to_string(corner) + " comes twice");
+        lines.corners.push_back(i);
+        if (lines.corners.size() - first > most_corners)
+          refuse(path, number, "f: more than " + std::to_string(most_corners) + " points");
       }
-      if (corners.size() < 3) refuse(number, "f: expected at least three points");
-      const bool is_polygon = corners.size() > 3;
-      if (is_polygon) checked.text << "s " << number << '\n', checked.polygon_triangles[number] = corners.size() - 2;
-      checked.text << 'f';
-      for (const std::int64_t corner : corners) checked.text << ' ' << corner;
-      checked.text << '\n';
-      if (is_polygon) checked.text << "s 0\n";
+      if (lines.corners.size() - first < 3) refuse(path, number, "f: expected at least three points");
     }
   }
   if (in.bad()) throw InputError(path + ": cannot be read to its end");
-  if (greatest > points)  // asked at the end, for faces may come before their points
-    refuse(line_of_greatest, "f: point " + std::to_string(greatest) + " of " + std::to_string(points));
-  return checked;
+  const std::size_t points = lines.points.size();
+  if (static_cast<std::size_t>(greatest) > points)  // asked at the end, for faces may come before their points
+    refuse(path, line_of_greatest, "f: point " + std::to_string(greatest) + " of " + std::to_string(points));
+  return lines;
 }
 
-// tinyobjloader gives up on a polygon, and goes on, where it finds no more corner to cut off.
-void check_polygons(std::map<unsigned, std::size_t> missing, const tinyobj::mesh_t& mesh, const std::string& path) {
-  for (const unsigned line : mesh.smoothing_group_ids)
-    if (line != 0) --missing[line];
-  for (const auto& [line, triangles] : missing)
-    if (triangles != 0)
-      throw InputError(path + ':' + std::to_string(line) + ": f: cannot be cut into triangles, expected a flat polygon without loops");
+// --- Triangles
+
+struct Point2 {
+  double x, y;
+  bool operator==(const Point2&) const = default;
+};
+
+// Twice the area, > 0 where a, b, c go round counterclockwise.
+double area(const Point2& a, const Point2& b, const Point2& c) {
+  return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+}
+
+// The polygon seen along the axis in which it is largest, from the side from which it goes round counterclockwise.
+std::vector<Point2> flattened(std::span<const std::int32_t> corners, const std::vector<Vector3<double>>& points) {
+  Vector3<double> normal{0, 0, 0};
+  const Vector3<double>& origin = points[corners[0]];
+  for (std::size_t k = 1; k + 1 < corners.size(); ++k)
+    normal = normal + cross(points[corners[k]] - origin, points[corners[k + 1]] - origin);
+  const double x = std::abs(normal.x), y = std::abs(normal.y), z = std::abs(normal.z);
+  std::vector<Point2> flat;
+  for (const std::int32_t i : corners) {
+    const Vector3<double>& p = points[i];
+    Point2 q = z >= x && z >= y ? Point2{p.x, p.y} : y >= x ? Point2{p.z, p.x} : Point2{p.y, p.z};
+    const double towards = z >= x && z >= y ? normal.z : y >= x ? normal.y : normal.x;
+    if (towards < 0) std::swap(q.x, q.y);
+    flat.push_back(q);
+  }
+  return flat;
+}
+
+// Cuts off one ear after another: a corner between its neighbours, with no other corner in the triangle of the three.
+// Convex polygons become fans from their first corner. False where no ear is left: a loop, or an area of zero.
+bool cut(std::span<const std::int32_t> corners, const std::vector<Vector3<double>>& points,
+         std::vector<Triangle>& triangles) {
+  const std::vector<Point2> flat = flattened(corners, points);
+  std::vector<int> left(corners.size());
+  std::iota(left.begin(), left.end(), 0);
+  const auto is_ear = [&](int a, int b, int c) {
+    const Point2 &pa = flat[a], &pb = flat[b], &pc = flat[c];
+    return area(pa, pb, pc) > 0 && std::ranges::none_of(left, [&](int i) {
+             const Point2& p = flat[i];
+             return p != pa && p != pb && p != pc && area(pa, pb, p) >= 0 && area(pb, pc, p) >= 0 &&
+                    area(pc, pa, p) >= 0;
+           });
+  };
+  while (left.size() >= 3) {
+    const std::size_t n = left.size();
+    std::size_t ear = 0;
+    while (ear < n && !is_ear(left[ear], left[(ear + 1) % n], left[(ear + 2) % n])) ++ear;
+    if (ear == n) return false;
+    triangles.push_back({corners[left[ear]], corners[left[(ear + 1) % n]], corners[left[(ear + 2) % n]]});
+    left.erase(left.begin() + (ear + 1) % n);
+  }
+  return true;
 }
 
 // No triangle twice, and no point in none.
@@ -129,30 +178,28 @@ void check_triangles(const Mesh& mesh, const std::string& path) {
   std::ranges::sort(sorted);
   const auto twice = std::ranges::adjacent_find(sorted, {}, [](const auto& triangle) { return triangle.first; });
   if (twice != sorted.end())
-    throw InputError(path + ": triangle " + std::to_string(twice[1].second) + " is triangle " + std::to_string(twice[0].second) + " again");
+    throw InputError(path + ": triangle " + std::to_string(twice[1].second) + " is triangle " +
+                     std::to_string(twice[0].second) + " again");
   const auto unused = std::ranges::find(used, false);
   if (unused != used.end())
-    throw InputError(path + ": point " + std::to_string(unused - used.begin() + 1) + " is in no triangle; is the file whole?");
+    throw InputError(path + ": point " + std::to_string(unused - used.begin() + 1) +
+                     " is in no triangle; is the file whole?");
 }
 
 }  // namespace
 
 Mesh read_obj(const std::string& path) {
-  CheckedLines lines = checked_lines(path);
-  tinyobj::attrib_t attributes;
-  std::vector<tinyobj::shape_t> shapes;
-  std::vector<tinyobj::material_t> materials;
-  std::string warning, error;
-  const bool triangulate = true;
-  tinyobj::LoadObj(&attributes, &shapes, &materials, &warning, &error, &lines.text, nullptr, triangulate);
-  if (shapes.empty()) shapes.emplace_back();  // of nothing; never more than one, for no line that begins another was passed on
-  const tinyobj::mesh_t& shape = shapes[0].mesh;
-  check_polygons(std::move(lines.polygon_triangles), shape, path);
-  if (shape.indices.empty()) throw InputError(path + ": no triangle in it");
-  Mesh mesh{.points = std::move(lines.points), .triangles = {}};
-  const std::vector<tinyobj::index_t>& corner = shape.indices;
-  for (std::size_t k = 0; k < corner.size(); k += 3)
-    mesh.triangles.push_back({corner[k].vertex_index, corner[k + 1].vertex_index, corner[k + 2].vertex_index});
+  Lines lines = read_lines(path);
+  Mesh mesh;
+  for (std::size_t face = 0; face < lines.faces.size(); ++face) {
+    const std::span<const std::int32_t> c = lines.corners_of(face);
+    if (c.size() == 3)
+      mesh.triangles.push_back({c[0], c[1], c[2]});
+    else if (!cut(c, lines.points, mesh.triangles))
+      refuse(path, lines.faces[face].line, "f: cannot be cut into triangles, expected a flat polygon without loops");
+  }
+  if (mesh.triangles.empty()) throw InputError(path + ": no triangle in it");
+  mesh.points = std::move(lines.points);
   check_triangles(mesh, path);
   return mesh;
 }

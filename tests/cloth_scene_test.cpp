@@ -1,4 +1,4 @@
-// Scenes of the game cloth, meshes and frames: those of the repository load, and a bad one is refused in one line that says where.
+// Scenes of the game cloth and frames: those of the repository load, and a bad one is refused in one line that says where.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,9 +10,8 @@
 #include "common/cloth/make.h"
 #include "common/cloth/scene.h"
 #include "common/cloth/vtk.h"
-#include "common/obj.h"
-#include "verify/domain.h"
 #include "tests/temporary_folder.h"
+#include "verify/domain.h"
 
 namespace lockstep::cloth {
 namespace {
@@ -25,14 +24,6 @@ struct ClothSceneTest : TemporaryFolder {
   // The message without the folder: "a.toml:line:column: ...".
   std::string error(const std::string& toml) const {
     return without_folder(error_of([&] { load(toml); }));
-  }
-
-  Mesh read(const std::string& obj) const {
-    write_bytes(path("a.obj"), obj);
-    return read_obj(path("a.obj"));
-  }
-  std::string obj_error(const std::string& obj) const {
-    return without_folder(error_of([&] { read(obj); }));
   }
 
   std::string without_folder(const std::string& message) const {
@@ -361,35 +352,10 @@ TEST(ClothMemory, CountsWhatAClothAllocates) {
 
 // --- Meshes
 
-TEST_F(ClothSceneTest, ReadsTriangles) {
-  const Mesh mesh = read("# a comment\nmtllib none.mtl\no cloth\ng front\n" + square +
-                         "vt 0 0\nvn 0 0 1\nusemtl none\ns 1\nf 1/1/1 2/1/1 3//1\n\n  f -4 -2 -1 \r\n");
-  ASSERT_EQ(mesh.points.size(), 4u);
-  EXPECT_EQ(mesh.points[2].y, 1);
-  ASSERT_EQ(mesh.triangles.size(), 2u);
-  EXPECT_EQ(mesh.triangles[0].c, 2);
-  EXPECT_EQ(mesh.triangles[1].a, 0);
-  EXPECT_EQ(mesh.triangles[1].c, 3);
-}
-
-TEST_F(ClothSceneTest, ReadsNumbersAsTheyAreWritten) {
-  const Mesh mesh = read("v 1.5 -2.5e-3 +.25\r\nv 1 0 0 1\nv\t0 1. 0 0.5 0.5 0.5\nf 1 2 3");
-  EXPECT_DOUBLE_EQ(mesh.points[0].x, 1.5);
-  EXPECT_DOUBLE_EQ(mesh.points[0].y, -.0025);
-  EXPECT_DOUBLE_EQ(mesh.points[0].z, .25);
-}
-
-TEST_F(ClothSceneTest, CutsPolygonsIntoTriangles) {
-  EXPECT_EQ(read(square + "f 1 2 3 4\n").triangles.size(), 2u);
-  EXPECT_EQ(read(square + "v 0.5 2 0\nf 1 2 3 5 4\n").triangles.size(), 3u);
-}
-
-TEST_F(ClothSceneTest, TakesFacesBeforeTheirPoints) { EXPECT_EQ(read("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0\n").triangles.size(), 1u); }
-
 TEST_F(ClothSceneTest, TakesOpenAndNonManifoldMeshes) {
   // Three triangles at one edge, and one that hangs by a corner.
   const std::string obj = square + "v 0.5 0 1\nv 3 0 0\nv 3 1 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\nf 2 6 7\n";
-  EXPECT_EQ(read(obj).triangles.size(), 4u);
+  write_bytes(path("a.obj"), obj);
   const Cloth<double> cloth = load(head + mesh + "bending = true\n").cloth;
   EXPECT_EQ(cloth.constraints.count, 3 + 2 + 2 + 3 + 2);
 }
@@ -401,64 +367,12 @@ TEST_F(ClothSceneTest, RefusesWhatIsNoMesh) {
   EXPECT_EQ(error(head + "[mesh]\nfile = \"a.obj\"\nmass = -1\n"), "a.toml:4:8: mass: expected a number from 1e-9 to 1e9, in kg");
   EXPECT_EQ(error(head + mesh + "scale = 0\n"), "a.toml:5:9: scale: expected a number from 1e-9 to 1e9");
   EXPECT_EQ(error(head + mesh + "pins_above = nan\n"), "a.toml:5:14: pins_above: expected a finite number, in m");
-  EXPECT_EQ(error_of([] { read_obj("/dev/null"); }), "/dev/null: is not a regular file");
-
-  for (const char* nothing : {"", "\n", "hello\n", "v 0 0 0\n", "\xff\xfe\x00\x01", "l 1 2\n"})
-    EXPECT_EQ(obj_error(nothing), "a.obj: no triangle in it");
-  EXPECT_EQ(obj_error(square), "a.obj: no triangle in it");
-
-  write_bytes(path("b.obj"), square + "f 1 2 3 4\n");
-  std::filesystem::permissions(path("b.obj"), std::filesystem::perms::none);
-  const AsNobody nobody;
-  if (!nobody.bound) GTEST_SKIP() << "permissions do not bind root";
-  EXPECT_EQ(error_of([&] { read_obj(path("b.obj")); }), path("b.obj") + ": cannot be read: Permission denied");
-}
-
-TEST_F(ClothSceneTest, RefusesWrongPoints) {
-  for (const char* point : {"nan 0 0", "0 inf 0", "0 0 -inf", "0 0", "", "a b c", "0 0 0x1", "0 0 1e400", "0 0 1e10", "0 0 --1", "1,5 0 0"})
-    EXPECT_EQ(obj_error(square + "v " + point + "\nf 1 2 3\n"), "a.obj:5: v: expected three numbers from -1e9 to 1e9, in m") << point;
-}
-
-TEST_F(ClothSceneTest, RefusesWrongFaces) {
-  for (const char* index : {"0", "-5", "a", "1.5", "2x", "/2", "nan", "99999999999999999999", "-9223372036854775808"})
-    EXPECT_EQ(obj_error(square + "f 1 2 " + index + '\n'),
-              "a.obj:5: f: " + std::string(index) + " is no point, expected a number from 1, or from -1 downwards, back from the last");
-  EXPECT_EQ(obj_error(square + "f 1 2 3\nf 1 3 5\n"), "a.obj:6: f: point 5 of 4");
-  EXPECT_EQ(obj_error(square + "f 1 2 9223372036854775807\n"), "a.obj:5: f: point 9223372036854775807 of 4");
-  EXPECT_EQ(obj_error(square + "f 1 2 1\n"), "a.obj:5: f: point 1 comes twice");
-  EXPECT_EQ(obj_error(square + "f 1 2 3 -2\n"), "a.obj:5: f: point 3 comes twice");
-  for (const char* corners : {"f", "f 1", "f 1 2"}) EXPECT_EQ(obj_error(square + corners), "a.obj:5: f: expected at least three points");
-  EXPECT_EQ(obj_error(square + "f 1 2 3\nf 1 3 4\nf 3 1 2\n"), "a.obj: triangle 3 is triangle 1 again");
-  EXPECT_EQ(obj_error(square + "f 1 2 3\nf 1 3 4\nf 4 3 1\n"), "a.obj: triangle 3 is triangle 2 again") << "the other way round";
-  EXPECT_EQ(obj_error(square + "f 1 2 3\n"), "a.obj: point 4 is in no triangle; is the file whole?");
 }
 
 TEST_F(ClothSceneTest, RefusesTiedPointsAtOnePlace) {
   write_bytes(path("a.obj"), square + "v 1 1 0\nf 1 2 3\nf 1 3 4\nf 3 4 5\n");
   EXPECT_EQ(error(head + mesh), "a.obj: particles 5 and 3 are tied and 0 m apart, expected from 1e-09 to 1000000000");
   EXPECT_EQ(load(head + mesh + "pins_above = 0.5\n").cloth.constraints.count, 4) << "the two are pinned, and not tied";
-}
-
-TEST_F(ClothSceneTest, RefusesMeshesThatDoNotFitMemory) {
-  const Limit limit(RLIMIT_AS, address_space() + 100'000'000);
-  write_bytes(path("a.obj"), square);
-  std::filesystem::resize_file(path("a.obj"), 10'000'000);
-  const std::string message = without_folder(error_of([&] { read_obj(path("a.obj")); }));
-  EXPECT_EQ(message.rfind("a.obj: reading it needs 500 MB of memory, and ", 0), 0u) << message;
-}
-
-// A file cut short is read or refused in one line, wherever it is cut; no cut leaves a point that nothing holds.
-TEST_F(ClothSceneTest, SurvivesAFileCutShort) {
-  const std::string whole = "v 0 0 0\nv 1 0 0\nv 1.25 1 0\nv 0 1 -0.5\nf 1 2 3\nf 1/1 3/2 4/3\n";
-  int read_so_far = 0;
-  for (std::size_t bytes = 0; bytes <= whole.size(); ++bytes) {
-    write_bytes(path("a.obj"), whole.substr(0, bytes));
-    if (const std::string error = error_of([&] { read_obj(path("a.obj")); }); error == "no error")
-      ++read_so_far;
-    else
-      EXPECT_EQ(error.rfind(path("a.obj") + ':', 0), 0u) << error;
-  }
-  EXPECT_EQ(read_so_far, 4) << "the last corner's texture, and the end of the line, are not missed";
 }
 
 // --- Frames
