@@ -18,7 +18,7 @@ WRAPPED = GOMP_parallel GOMP_parallel_sections GOMP_parallel_loop_nonmonotonic_d
 WRAPS = $(WRAPPED:%=-Wl,--wrap=%)
 LINK  = $(CXX) $(FLAGS) $(WRAPS)
 PYTHON = /usr/bin/python3
-DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libtinyobjloader-dev libqhull-dev libeigen3-dev libsuitesparse-dev libccd-dev libgtest-dev python3-matplotlib clang-14 libomp-14-dev libclang-rt-14-dev
+DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libqhull-dev libeigen3-dev libsuitesparse-dev libccd-dev libgtest-dev python3-matplotlib clang-14 libomp-14-dev libclang-rt-14-dev
 
 # Where objects go: a folder for each way to build.
 BUILD := build/$(ISA)
