@@ -10,9 +10,9 @@ namespace lockstep {
 
 inline constexpr std::size_t array_alignment = 64;  // one cache line, one AVX-512 vector
 
-// Large blocks come from the system at page boundaries. Twenty arrays of particles that all begin there would want the same
-// few sets of the first-level cache for the same index, and push one another out (rebuild_grid took 28 % of a frame of 100K particles; it
-// takes 6 %). So each block begins some cache lines further into its page than the block before.
+// The system places large blocks at page boundaries. If twenty arrays of particles all began there, their elements of one index would
+// compete for the same few sets of the first-level cache (rebuild_grid took 28 % of a frame of 100K particles; it takes 6 %). So each
+// block begins some cache lines further into its page than the block before.
 template <class T>
 struct AlignedAllocator {
   using value_type = T;

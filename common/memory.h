@@ -10,7 +10,7 @@ namespace lockstep {
 // space (ulimit -v) or of limit_memory where that is less. Infinite where the system does not say.
 double available_memory();
 
-// Nothing beyond `bytes` is available from now on, whatever the machine has: so tests and the fuzzer refuse alike on all machines.
+// Caps what available_memory() reports from now on, so that tests and the fuzzer refuse the same work on all machines.
 void limit_memory(double bytes);
 
 // Throws InputError unless `bytes` fit in available_memory(). `what` opens the message: who needs them.

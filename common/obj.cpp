@@ -20,7 +20,7 @@
 namespace lockstep {
 namespace {
 
-// What reading may take, by the size of the file. Files of nothing but the shortest polygons took 16.
+// Bytes of memory that reading may take per byte of the file. Files of nothing but the shortest polygons took 16.
 constexpr double bytes_per_byte = 25;
 
 constexpr double largest = 1e9;  // m: of a coordinate; its square is far from the end of float

@@ -60,7 +60,7 @@ void store_records(float* records, const std::int32_t* index, const Records& r);
 Quads load_quads(const float* records, const std::int32_t* index);  // field[f] lane l = records[4 * index[l] + f]
 void store_quads(float* records, const std::int32_t* index, Quads quads, maskv mask);
 
-// One record, its eight floats at once: for what must be done to records one after another.
+// One record, its eight floats at once: for updates that must be made one record after another.
 recordv load_record(const float* p);      // p[f], 32-byte aligned
 void store_record(float* p, recordv r);   // p[f] = field f, 32-byte aligned
 recordv repeat_pair(const float* p);      // p[f % 2]

@@ -12,13 +12,13 @@
 namespace lockstep {
 namespace {
 
-// What reading may take, by the size of the file. Files of nothing but dotted keys, `a.a.a.a`, took 110.
+// Bytes of memory that reading may take per byte of the file. Files of nothing but dotted keys, `a.a.a.a`, took 110.
 constexpr double bytes_per_byte = 150;
 
-constexpr int most_dots = 15;  // of a key: tables in one another are left one call in another, which ends where the stack does
+constexpr int most_dots = 15;  // of a key: nested tables are destroyed recursively, and too many exhaust the stack
 
-// The file, as toml++ 3.3 may be given it: looking for spaces among letters beyond ASCII it runs into what is undefined. So comments lose
-// such letters, and nothing else may have them.
+// The file in ASCII. toml++ 3.3 has undefined behaviour where it looks for spaces among letters beyond ASCII. So such letters
+// become question marks in comments and are refused elsewhere.
 std::string read_ascii(const std::string& path) {
   std::ifstream in = open_input(path);
   require_memory(bytes_per_byte * static_cast<double>(std::filesystem::file_size(path)), path + ": reading it");
@@ -28,9 +28,9 @@ std::string read_ascii(const std::string& path) {
 
   int line = 1;
   std::size_t line_begin = 0;
-  int dots = 0;  // since a key or a number may have begun
+  int dots = 0;  // since the last place where a key or a number may begin
   bool in_comment = false;
-  std::string_view quote;  // of the text that this is in, if any
+  std::string_view quote;  // that opened the text around this character; empty outside of text
   const auto is_at = [&](std::size_t i, std::string_view word) { return std::string_view(toml).substr(i).starts_with(word); };
   const auto refuse_at = [&](std::size_t i, const std::string& message) {
     throw InputError(path + ':' + std::to_string(line) + ':' + std::to_string(i - line_begin + 1) + ": " + message);
@@ -55,7 +55,7 @@ std::string read_ascii(const std::string& path) {
       ++i;
     } else if (is_at(i, quote)) {
       i += quote.size() - 1;
-      // Up to two more are of the text.
+      // Up to two more quotes belong to the text.
       for (int more = 0; more < 2 && quote.size() == 3 && is_at(i + 1, quote.substr(0, 1)); ++more) ++i;
       quote = {};
     }

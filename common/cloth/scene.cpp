@@ -59,7 +59,7 @@ Capsule<double> read_capsule(const toml::table& table) {
   return {.from = *vector(table, "from", "m"), .to = *vector(table, "to", "m"), .radius = *positive(table, "radius", "m")};
 }
 
-// Where the axes come to lie that are turned about x, then y, then z.
+// The axes after rotations about x, then y, then z.
 std::array<Vector3<double>, 3> turned_axes(Vector3<double> degrees) {
   const auto sine_and_cosine = [](double angle) {
     const double radians = angle * (std::numbers::pi / 180);

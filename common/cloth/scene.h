@@ -59,7 +59,7 @@ struct Scene {
   std::string name;  // the file's, without folder and extension
   std::string path;
   Cloth<double> cloth;    // convert<float>(cloth) is what float kernels take
-  Bodies<double> bodies;  // without thickness: what no particle that was never pinned may end a step inside
+  Bodies<double> bodies;  // without thickness: no particle ends a step inside one, unless it was pinned
   int frames;
 };
 

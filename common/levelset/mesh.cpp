@@ -52,7 +52,7 @@ Extent points_between(double low, double high, double origin, double spacing, in
   return {std::max(point(low), 0), std::min(point(high) + 2, n)};
 }
 
-// The squared distance from the nearest triangle, up to exact_spacings: each triangle looks only at the points near it.
+// The squared distance from the nearest triangle, up to exact_spacings: each triangle updates only the points near it.
 Field<double> squared_distance(const Mesh& mesh, const Grid& grid) {
   const double most = exact_spacings * grid.spacing, most_2 = most * most;
   Field<double> least = make_field<double>(grid.nx, grid.ny, grid.nz, grid.spacing, most_2);
@@ -76,7 +76,7 @@ Field<double> squared_distance(const Mesh& mesh, const Grid& grid) {
 
 // --- Sign
 
-// Where an edge comes through the height z, to the last bit the same for both triangles of the edge.
+// Where an edge crosses the height z: the same bits for both triangles of the edge.
 Vector at_height(double z, Vector low, Vector high) {
   if (low.z > high.z) std::swap(low, high);
   const double t = (z - low.z) / (high.z - low.z);
@@ -85,12 +85,12 @@ Vector at_height(double z, Vector low, Vector high) {
 
 // 1 at points inside, 0 outside.
 //
-// At the height of a line along x, a triangle is a segment between two of its edges, and the line meets it if one end is to its left and
-// one is not. An edge has its lower end but not its upper, so a triangle has none or two of them at any height, and all triangles
-// around a point of the mesh agree. So however positions round, a line comes out of the mesh as often as it goes in; and where it meets a
-// triangle is on the triangle, even if that is almost along the line.
+// A plane of constant z cuts a triangle in a segment between two of its edges. A line along x crosses the triangle if one end of the
+// segment is to the left of the line and the other is not. An edge contains its lower end but not its upper one. So at any height a
+// triangle has no such edge or two, and all triangles around a point of the mesh agree. However positions round, a line leaves the mesh
+// as often as it enters, and the crossing lies on the triangle, even on one that is almost parallel to the line.
 Field<std::uint8_t> inside(const Mesh& mesh, const Grid& grid) {
-  // First 1 at points that an odd number of triangles stands right before, on their lines along x.
+  // At first 1 at points with an odd number of crossings between them and the point before on the line along x.
   Field<std::uint8_t> in = make_field<std::uint8_t>(grid.nx, grid.ny, grid.nz, 0, 0);
   for (const Triangle& t : mesh.triangles) {
     const Vector corner[] = {mesh.points[t.a], mesh.points[t.b], mesh.points[t.c]};

@@ -16,7 +16,8 @@ double distance(const Sphere& sphere, const Vector3<double>& p) {
   return length(x, y, z) - sphere.radius;
 }
 
-// Outside along some axes, the way back to the box along them; inside along all, the shortest way out along one.
+// Outside: the length of the vector from the box to p, which is zero along axes where p is within the box. Inside: minus the
+// distance to the nearest side.
 double distance(const Box& box, const Vector3<double>& p) {
   const auto [x, y, z] = minus(p, box.centre);
   const double out_x = std::abs(x) - box.half.x, out_y = std::abs(y) - box.half.y, out_z = std::abs(z) - box.half.z;

@@ -72,7 +72,7 @@ void add_faces(Polygons& out, const World<float>& world, int collider) {
   }
 }
 
-// A ball in rings around y, its halves pulled apart: a sphere's rings of the two halves' rims are one place.
+// A capsule as rings around y. The two middle rings of a sphere, whose `half` is 0, coincide.
 void add_round(Polygons& out, const World<float>& world, int collider) {
   constexpr int sides = 8;
   const Placement placed = place(world, collider);
@@ -98,7 +98,7 @@ void add_round(Polygons& out, const World<float>& world, int collider) {
   }
 }
 
-// As large as the box around all bodies but planes, and around its foot on the plane.
+// A square as large as the box around all bodies but planes, about the foot of the box's middle on the plane.
 void add_plane(Polygons& out, const World<float>& world, int collider) {
   constexpr float infinity = std::numeric_limits<float>::infinity();
   Vector low{infinity, infinity, infinity}, high = -low;
