@@ -189,6 +189,29 @@ TEST(Simd, StoresWholeRecords) {
   }
 }
 
+struct alignas(32) Mixed {
+  float x;
+  std::int32_t before;
+  float y[5];
+  std::int32_t after;
+};
+
+// Not inline, so that the compiler knows no more of the memory than the types.
+[[gnu::noinline]] int add_in_records(Mixed* records, const std::int32_t* index) {
+  for (int l = 0; l < lanes; ++l) records[l].before = 1, records[l].after = 2;
+  Records r = load_records(&records->x, index);
+  r.field[7] = float_of_bits(bits_of(r.field[1]) + 5);
+  store_records(&records->x, index, r);
+  int sum = 0;
+  for (int l = 0; l < lanes; ++l) sum += records[l].after;
+  return sum + reduce_add(bits_of(r.field[1]));
+}
+
+TEST(Simd, RecordsMayHoldIntegers) {
+  Mixed records[lanes] = {};
+  EXPECT_EQ(add_in_records(records, values(lane_index()).data()), 16 * (1 + 5) + 16);
+}
+
 TEST(Simd, RecordsOneByOne) {
   alignas(32) const float a[8] = {1, 2, 3, 4, 5, 6, 7, 8}, b[8] = {.5f, -1, 2, 0, 7, .25f, -3, 9};
   alignas(32) float out[8];

@@ -1,11 +1,11 @@
-// The back end in plain C++: an array and a loop. It runs anywhere, and thread sanitizer sees its accesses (not so with registers
-// wider than 128 bits), as long as the compiler is kept from turning loops into calls of memcpy: -fno-builtin. Contract: ../simd.h.
+// The back end in plain C++: an array and a loop. It runs anywhere, and the thread sanitizer sees its accesses, while it does
+// not see those of registers wider than 128 bits. For that, -fno-builtin keeps the compiler from turning loops into calls
+// of memcpy. Contract: ../simd.h, whose order this file keeps; that is why it is long.
 
 #ifndef LOCKSTEP_COMMON_SIMD_PORTABLE_H
 #define LOCKSTEP_COMMON_SIMD_PORTABLE_H
 
 #include <cmath>
-#include <cstring>
 
 namespace lockstep {
 
@@ -87,22 +87,24 @@ struct Records {
   floatv field[8];
 };
 
-// A record may hold integers among its floats. Bytes are copied, since to read an integer as a float would break the aliasing rule.
+// A record may hold integers among its floats. To read those through a plain float* would break the aliasing rule, and
+// memcpy is what the thread sanitizer must be kept from, see above.
+using any_float [[gnu::may_alias]] = float;
+
 template <int floats>
 LOCKSTEP_INLINE void load_fields(const float* records, const std::int32_t* index, floatv (&field)[floats]) {
   for (int l = 0; l < lanes; ++l) {
-    float record[floats];
-    std::memcpy(record, record_at<floats>(records, index[l]), sizeof record);
+    const any_float* record = record_at<floats>(records, index[l]);
     for (int f = 0; f < floats; ++f) field[f].lane[l] = record[f];
   }
 }
 template <int floats>
-LOCKSTEP_INLINE void store_fields(float* records, const std::int32_t* index, const floatv (&field)[floats], maskv mask) {
+LOCKSTEP_INLINE void store_fields(float* records, const std::int32_t* index, const floatv (&field)[floats],
+                                  maskv mask) {
   for (int l = 0; l < lanes; ++l) {
     if (!mask.lane[l]) continue;
-    float record[floats];
+    any_float* record = record_at<floats>(records, index[l]);
     for (int f = 0; f < floats; ++f) record[f] = field[f].lane[l];
-    std::memcpy(record_at<floats>(records, index[l]), record, sizeof record);
   }
 }
 
@@ -129,11 +131,13 @@ LOCKSTEP_INLINE recordv make_record(F f) {
   return r;
 }
 LOCKSTEP_INLINE recordv load_record(const float* p) {
-  recordv r;
-  std::memcpy(r.field, p, sizeof r.field);
-  return r;
+  const any_float* record = p;
+  return make_record([&](int f) { return record[f]; });
 }
-LOCKSTEP_INLINE void store_record(float* p, recordv r) { std::memcpy(p, r.field, sizeof r.field); }
+LOCKSTEP_INLINE void store_record(float* p, recordv r) {
+  any_float* record = p;
+  for (int f = 0; f < 8; ++f) record[f] = r.field[f];
+}
 LOCKSTEP_INLINE recordv repeat_pair(const float* p) {
   return make_record([&](int f) { return p[f % 2]; });
 }
