@@ -350,6 +350,12 @@ TEST(ClothMemory, CountsWhatAClothAllocates) {
   EXPECT_GE(kept, counted / 6) << "what is needed in making, too, but not out of all proportion";
 }
 
+// Constraints beyond the first 64 batches cost by their number. Once, all batches of the busiest particle counted at every other.
+TEST(ClothMemory, CountsAFanByItsConstraints) {
+  const double triangles = 100'000;
+  EXPECT_LT(making_bytes(triangles + 1, 6 * triangles, triangles, 4 * triangles), 5e8);
+}
+
 // --- Meshes
 
 TEST_F(ClothSceneTest, TakesOpenAndNonManifoldMeshes) {

@@ -29,9 +29,11 @@ double making_bytes(double particles, double constraints, double triangles, doub
   constexpr double in_making = 2 * sizeof(int) + 64;               // its batch and place; the edge of a mesh that brought it
   constexpr double growing = 2;                                    // a list that grows is held twice
   constexpr double triangle = 3 * reals + 2 * 6 * sizeof(int);     // its force; itself, and its corners
-  const double batches = 2 * most_constraints_of_a_particle;       // at most
-  const double sets = sizeof(std::uint64_t) * (batches / 64 + 1);  // of the batches that touch a particle
-  return particles * (particle + sets) + growing * constraints * (constraint + in_making) + growing * triangles * triangle;
+  constexpr double first_batches = sizeof(std::uint64_t);          // of a particle: one bit a batch, see make_batches
+  // Batches from 64 on are kept constraint by constraint. There are fewer than twice the constraints of a particle.
+  const double later_batch = 2 * most_constraints_of_a_particle > 64 ? 100 : 0;
+  return particles * (particle + first_batches) + growing * constraints * (constraint + in_making) +
+         constraints * later_batch + growing * triangles * triangle;
 }
 
 void require_sheet_size(double rows, double columns, const std::string& where) {
