@@ -35,6 +35,14 @@ concept SinglePrecision = requires(V x) {
   { float_of_bits(bits_of(x)) } -> std::same_as<V>;
 };
 
+// The polynomial of these coefficients, that of the highest power first, by Horner's rule.
+template <class V, std::same_as<float>... Coefficients>
+V polynomial(V x, float highest, Coefficients... others) {
+  V p = V(highest);
+  ((p = p * x + V(others)), ...);
+  return p;
+}
+
 // ln 2 in two parts. The first has 15 bits, so that its product with an exponent is exact.
 inline constexpr float ln2_high = 0x1.62e4p-1f, ln2_low = 0x1.7f7d1cp-20f;
 
@@ -56,10 +64,8 @@ V log(V x) {
 
   const V f_high = float_of_bits(bits_of(f) & ~0xfff), f_low = f - f_high;  // of 12 bits each
   const V half_square = V(.5f) * f_high * f_high, half_square_low = V(.5f) * f_low * (f + f_high);
-  V p = V(0x1.1b7c70p-4f);
-  for (const float c : {-0x1.e28994p-4f, 0x1.e5feeap-4f, -0x1.fb4feep-4f, 0x1.2339dep-3f, -0x1.5562b4p-3f,
-                        0x1.99a4dap-3f, -0x1.ffffeep-3f, 0x1.555546p-2f})
-    p = p * f + V(c);
+  const V p = polynomial(f, 0x1.1b7c70p-4f, -0x1.e28994p-4f, 0x1.e5feeap-4f, -0x1.fb4feep-4f, 0x1.2339dep-3f,
+                         -0x1.5562b4p-3f, 0x1.99a4dap-3f, -0x1.ffffeep-3f, 0x1.555546p-2f);
   const V cubic = f * f * f * p;
 
   const V m = f - half_square, m_error = (f - m) - half_square;
@@ -84,8 +90,7 @@ V exp(V x) {
 
   const V high = bounded - n * V(ln2_high), low = n * V(ln2_low);
   const V r = high - low, r_error = (high - r) - low;
-  V p = V(0x1.6db336p-10f);
-  for (const float c : {0x1.123ad4p-7f, 0x1.555446p-5f, 0x1.555490p-3f, 0x1.000000p-1f}) p = p * r + V(c);
+  const V p = polynomial(r, 0x1.6db336p-10f, 0x1.123ad4p-7f, 0x1.555446p-5f, 0x1.555490p-3f, 0x1.000000p-1f);
   const V sum = V(1) + r, sum_error = r - (sum - V(1));
   const V result = sum + (sum_error + (r * r * p + r_error));
   const auto power_of_two = [](auto k) { return float_of_bits((k + 127) << 23); };
@@ -103,17 +108,15 @@ V cbrt(V x) {
   const V positive = abs(x);
   const auto is_denormal = positive < V(0x1p-126f);
   const auto bits = bits_of(select(is_denormal, positive * V(0x1p24f), positive));
-  const auto exponent = (bits >> 23) + 2,
-             third = (exponent * 171) >> 9;  // of the exponent + 129: 171 / 512 is 1 / 3 up to 511
+  const auto exponent = (bits >> 23) + 2;    // that of |x| + 129, a multiple of 3
+  const auto third = (exponent * 171) >> 9;  // rounded down, up to 511
   const V m = float_of_bits((bits & 0x7fffff) | (exponent - third * 3 + 127) << 23);
   const auto k = select(is_denormal, third - 8, third) - 43;
 
-  V t = V(-0x1.c51736p-12f);
-  for (const float c : {0x1.3a0aecp-7f, -0x1.572490p-4f, 0x1.cbf978p-2f, 0x1.412cc4p-1f}) t = t * m + V(c);
-  t = float_of_bits((bits_of(t) + 0x8000) & ~0xffff);
+  const V near_root = polynomial(m, -0x1.c51736p-12f, 0x1.3a0aecp-7f, -0x1.572490p-4f, 0x1.cbf978p-2f, 0x1.412cc4p-1f);
+  const V t = float_of_bits((bits_of(near_root) + 0x8000) & ~0xffff);
   const V cube = t * t * t, z = (m - cube) / cube;
-  V p = V(0x1.f9d1a4p-5f);
-  for (const float c : {-0x1.c72abep-4f, 0x1.555556p-2f}) p = p * z + V(c);
+  const V p = polynomial(z, 0x1.f9d1a4p-5f, -0x1.c72abep-4f, 0x1.555556p-2f);
   const V root = (t + t * z * p) * float_of_bits((k + 127) << 23);
 
   const V result = float_of_bits(bits_of(root) | (bits_of(x) & ~0x7fffffff));

@@ -1,8 +1,9 @@
-// Trilinear samples of a field, sixteen at a time: eight gathers of one float a lane, or four of two neighbours (gather_pairs)?
+// Trilinear samples of a field, sixteen at a time: eight gathers of one float a lane, or four of two neighbours
+// (gather_pairs)?
 //
-// Fields of 32^3 (in the first two levels of cache), 128^3 (8 MiB) and 256^3 (64 MiB) points. Samples lie at random, or behind one
-// another as those of semi-Lagrangian advection do: point i, moved by less than two cells. Both forms must give the same bits.
-// Prints the table of notes/simd.md, the least of many runs.
+// Fields of 32^3 (in the first two levels of cache), 128^3 (8 MiB) and 256^3 (64 MiB) points. Samples lie at random, or
+// behind one another as those of semi-Lagrangian advection do: point i, moved by less than two cells. Both forms must
+// give the same bits. Prints the table of notes/simd.md, the least of many runs.
 
 #include <algorithm>
 #include <chrono>
@@ -72,7 +73,8 @@ void measure(int n, bool in_order) {
     pairs = std::min(pairs, ns([&] { sample<PairGathers>(field.data(), n, at, other.data()); }) / count);
   }
   if (one != other) std::puts("the two forms differ"), std::exit(1);
-  std::printf("| %s | %d^3 | %s | %.2f | %.2f | %.2f |\n", isa_name, n, in_order ? "in order" : "at random", floats, pairs, floats / pairs);
+  std::printf("| %s | %d^3 | %s | %.2f | %.2f | %.2f |\n", isa_name, n, in_order ? "in order" : "at random", floats,
+              pairs, floats / pairs);
 }
 
 }  // namespace
