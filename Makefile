@@ -29,7 +29,7 @@ kernel := $(serial) $(patsubst %.cpp,$(BUILD)/%.o,$(shell find openmp common -na
 verify := $(patsubst %.cpp,$(BUILD)/%.o,$(shell find verify -name '*.cpp'))
 tests  := $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard tests/*_test.cpp))
 
-.PHONY: all deps verify test bench figures run diff mutants tsan tsan-build sanitize determinism portable fuzz endure extremes clean help
+.PHONY: all deps list verify test bench figures run diff mutants tsan tsan-build sanitize determinism portable fuzz endure extremes clean help
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-builtin-rules
 
@@ -38,6 +38,9 @@ all: build/lockstep  ## build everything, with the best ISA of this machine (ISA
 deps:  ## install the Debian packages it needs
 	@if dpkg-query -W $(DEBS) >/dev/null 2>&1; then echo "all packages are installed"; \
 	else apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq $(DEBS); fi
+
+list: build/lockstep  ## print every kernel, its forms and their scenes
+	build/lockstep list
 
 verify: build/lockstep  ## compare every kernel with its serial twin (KERNEL= FORM= SCENE= THREADS=1,2,3 FULL=1); build/verify.json
 	build/lockstep verify $(selection) $(if $(FULL),--full) --json build/verify.json
@@ -82,10 +85,12 @@ sanitize:  ## the tests under the address and undefined-behaviour sanitizers
 
 determinism: build/lockstep  ## the same bits at 1, 2, 3, 4 and 8 threads, three times over, each with another OMP_SCHEDULE (SCENE=, and with it KERNEL=)
 	rm -f build/determinism_*.json
-	for schedule in static,1 dynamic,1 guided; do for scene in $(or $(SCENE),dam_break_5k flag_33 torus_128 mesh_and_hulls); do \
+	for schedule in static,1 dynamic,1 guided; do for scene in $(or $(SCENE),$$(build/lockstep list --json | $(PYTHON) -c $(determinism_scenes))); do \
 	  OMP_SCHEDULE=$$schedule build/lockstep verify --threads 1,2,3,4,8 $(if $(KERNEL),--kernel $(KERNEL)) --scene $$scene \
 	    --json build/determinism_$$scene.$$schedule.json || exit 1; done; done
 	$(PYTHON) verify/same_bits.py build/determinism_*.json
+
+determinism_scenes = 'import json, sys; print(*[scene for domain in json.load(sys.stdin)["domains"] for scene in domain["determinism"]])'
 
 portable: build/lockstep  ## verify with AVX2, without the machine's lanes, and built by clang: the same bits as here
 	build/lockstep verify --threads 1,2 --json build/portable_here.json

@@ -2,8 +2,8 @@
 # Every parallel kernel and form under clang's thread sanitizer, which must find no race; then the racy twin, tests/tsan/racy.cpp,
 # whose every mistake must be flagged every time. `make tsan` builds build/tsan/ and calls it; an argument says which kernel alone.
 #
-# Kernels come from the verifier's own list, so a new one cannot be forgotten; inputs exceed one chunk of every loop, and one band
-# of every sweep at two threads and at four. A kernel passes if no race is found and the verifier passes it, too. Exit code 1 if any
+# Kernels and their scenes come from `lockstep list`, so a new one cannot be forgotten. The inputs exceed one chunk of every loop, and one
+# band of every sweep, at two threads and at four. A kernel passes if no race is found and the verifier passes it, too. Exit code 1 if any
 # row fails. The whole of what a failed run said stays in build/tsan/. With QUICK=1 each form runs on one scene.
 set -u
 cd "$(dirname "$0")/.." || exit 1
@@ -19,8 +19,8 @@ export OMP_TOOL_LIBRARIES=${OMP_TOOL_LIBRARIES:-/usr/lib/llvm-14/lib/libarcher.s
 
 passed=0 failed=0
 
-# shorten DOMAIN SCENE: a copy of a scene with few frames and bodies, for whole runs are `make verify`'s, and a race shows in one step. A cloth keeps
-# three iterations, for those of the chains overlap.
+# shorten DOMAIN SCENE: a copy of a scene with few frames and bodies. Whole runs are `make verify`'s, and a race shows in one step. A cloth
+# keeps three iterations, because those of the chains overlap.
 shorten() {
   sed -E 's/^frames *=.*/frames = 5/; s/^iterations *=.*/iterations = 3/; s/^substeps *=.*/substeps = 2/; /^energy_falls_after/d; s/^count *=.*/count = 400/; s/^settle *=.*/settle = 30/' \
     "scenes/$1/$2.toml" > "$build/$2.toml"
@@ -55,46 +55,28 @@ clean() {
 }
 
 row kernel form scene threads expected seen seconds ""
-shorten fluid dam_break_5k
-shorten fluid clump
-shorten cloth flag_128
-shorten cloth sheet_on_sphere
-shorten cloth garment
-shorten rigid pyramid_15
-shorten rigid box_pit_4000
-shorten rigid hull_pit_2000
-shorten rigid rounds_20000
-cp scenes/cloth/garment.obj $build/
-cp scenes/levelset/{slab_33,torus_128,spheres_and_box_64_full}.toml $build/
+# Lines of kernel, form and scenes, separated by |: the forms that run no other form's code.
+forms=$($build/lockstep list --json | /usr/bin/python3 -c '
+import json, sys
+for row in json.load(sys.stdin)["rows"]:
+    if not row["covered_by"]:
+        print(row["kernel"], row["form"], " ".join(row["tsan_scenes"]), sep="|")')
+cp scenes/*/*.obj $build/
 
-while read -r kernel form; do
+while IFS="|" read -r kernel form scenes; do
   [ "$kernel" = "${1:-$kernel}" ] || continue
-  case "$kernel $form" in
-    fluid/*) scenes="dam_break_5k clump" ;;
-    cloth/*_for_original) continue ;;  # runs relax, which has rows of its own, many times over
-    cloth/*\ chains | cloth/*\ colours) scenes="flag_128 sheet_on_sphere" ;;  # of sheets alone
-    cloth/collide*) scenes="sheet_on_sphere garment" ;;  # the flag meets nothing
-    cloth/*) scenes="flag_128 sheet_on_sphere garment" ;;
-    levelset/*_for_*) continue ;;  # runs what has rows of its own
-    levelset/*\ blocks) scenes="torus_128" ;;  # more than one block
-    levelset/*) scenes="slab_33 spheres_and_box_64_full" ;;
-    rigid/*_for_* | rigid/*_run) continue ;;  # run what has rows of its own, many times over
-    rigid/spheres*) scenes="rounds_20000" ;;
-    rigid/gjk* | rigid/convex_*) scenes="hull_pit_2000" ;;
-    rigid/box_box*) scenes="box_pit_4000 pyramid_15" ;;
-    rigid/contact_solver* | rigid/step*) scenes="pyramid_15 hull_pit_2000" ;;
-    rigid/*) scenes="box_pit_4000" ;;
-    *) scenes="" seen="no scene" log=$0; report "$kernel" "$form" - - clean "$(date +%s%N)" ;;
-  esac
+  [ -n "$scenes" ] || { seen="no scene" log=$0; report "$kernel" "$form" - - clean "$(date +%s%N)"; }
   [ -z "${QUICK:-}" ] || scenes=${scenes%% *}
   for scene in $scenes; do
+    shorten "${kernel%%/*}" $scene
     clean "$kernel" "$form" $scene 2,4 $build/lockstep verify --kernel "$kernel" --form "$form" --scene $build/$scene.toml --threads 2,4
   done
   # The clump before it flies apart: every particle in one cell, every thread at one lock.
   if [ "$kernel" = fluid/step ]; then
+    shorten fluid clump
     clean "$kernel" "$form" "clump start" 4 $build/lockstep run --form "$form" --scene $build/clump.toml --threads 4 --frames 2 --out $build/clump.fluid
   fi
-done < <($build/lockstep verify --kernel none 2>&1 | sed -n 's/.*expected one of: //p' | sed 's/, /\n/g')
+done <<< "$forms"
 [ $((passed + failed)) -gt 0 ] || { echo "no kernel ${1:-}"; failed=1; }
 kernel_rows=$((passed + failed))
 

@@ -13,7 +13,7 @@
 set -u
 cd "$(dirname "$0")/../.." || exit 1
 build=build/fuzz
-all="fluid cloth levelset rigid fluid_file obj"
+all=$($build/loaders_fuzz -runs=1 2>&1 | sed -n 's/^LOCKSTEP_LOADER: expected one of: //p')  # the domains, for their scenes, and files
 seconds=${1:-600}
 loaders=${*:2}
 for loader in $loaders; do
@@ -50,8 +50,8 @@ fuzz() {
   mkdir -p $folder/corpus $folder/findings
   find $folder/findings -type f -exec mv -t $folder/corpus {} +
   inputs=$(ls -d $folder/corpus tests/fuzz/{corpus,found}/$loader 2>/dev/null)
-  case $loader in fluid | cloth | levelset | rigid)
-    dictionary=-dict=$build/scene.dict inputs+=" $(echo tests/fuzz/corpus/{fluid,cloth,levelset,rigid})" ;;
+  case $loader in fluid_file | obj) ;; *)  # scenes have a parser in common, so the inputs of one domain are of use to another
+    dictionary=-dict=$build/scene.dict inputs+=" $(ls -d tests/fuzz/corpus/* | grep -vE '/(fluid_file|obj)$')" ;;
   esac
   fuzzer $loader $dictionary -max_total_time=$seconds -print_final_stats=1 -artifact_prefix=$folder/findings/ \
     $inputs > $folder/log 2>&1

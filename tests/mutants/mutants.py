@@ -93,6 +93,20 @@ def read_mutants(folder):
     return mutants
 
 
+LEAST = 5  # mutants of a kernel
+
+
+def check_numbers(mutants, program):
+    """Every kernel that the program lists has mutants enough, and every mutant's kernel is one of them."""
+    listed = {row["kernel"] for row in json.loads(subprocess.check_output([program, "list", "--json"]))["rows"]}
+    numbers = collections.Counter(mutant.kernel for mutant in mutants)
+    few = [f"{kernel} has {numbers[kernel]}" for kernel in sorted(listed) if numbers[kernel] < LEAST]
+    if few:
+        raise Error(f"fewer than {LEAST} mutants: {', '.join(few)}")
+    if unknown := set(numbers) - listed:
+        raise Error(f"mutants of no kernel: {', '.join(sorted(unknown))}")
+
+
 def some_of(mutants, n):
     """The day's n: the first of each kernel, then the second of each, and so on, in a ring; each day goes on where the last stopped."""
     by_kernel = collections.defaultdict(list)
@@ -213,6 +227,7 @@ def main():
     jobs = len(os.sched_getaffinity(0))
 
     mutants = read_mutants(pathlib.Path(__file__).parent)
+    check_numbers(mutants, pathlib.Path(options.build) / "lockstep")
     if options.kernel:
         mutants = [m for m in mutants if m.kernel == options.kernel or m.kernel.startswith(options.kernel + "/")]
     if not mutants:
