@@ -204,12 +204,12 @@ Problem<To> convert(const Problem<From>& p) {
 
 template <class Real>
 void solve_original(const SolverSettings& settings, Problem<Real>& p) {
-  serial::solve_contacts_original(settings, p.manifolds, p.body, p.bodies, p.impulses, p.moving);
+  serial::contact_solver_original(settings, p.manifolds, p.body, p.bodies, p.impulses, p.moving);
 }
 template <class Real>
 void solve_batches(const SolverSettings& settings, Problem<Real>& p) {
-  const Batches batches = serial::reorder_contacts(p.manifolds, p.body, p.bodies);
-  serial::solve_contacts_batches(settings, p.manifolds, p.body, batches, p.bodies, p.impulses, p.moving);
+  const Batches batches = serial::batches(p.manifolds, p.body, p.bodies);
+  serial::contact_solver_batches(settings, p.manifolds, p.body, batches, p.bodies, p.impulses, p.moving);
 }
 
 // --- The linear complementarity problem, dense
@@ -302,7 +302,7 @@ Wanted soft(const SolverSettings& settings, const System& s) {
     if (s.separation(i) > 0) {
       wanted.target(i) = s.separation(i) / h;
     } else {
-      wanted.target(i) = std::max(s.separation(i) * k / (d + h * k), -settings.most_push);
+      wanted.target(i) = std::max(s.separation(i) * k / (d + h * k), -settings.max_bias_velocity);
       wanted.compliance(i) = 1 / (h * (d + h * k));
     }
   }
@@ -442,7 +442,7 @@ constexpr int long_run = 4000;
 
 // One substep of soft sweeps without friction, so that their impulses can be seen, or with rigid sweeps after them.
 SolverSettings one_substep(int pushing, int resting) {
-  return {.time_step = .01, .gravity = {0, -g, 0}, .substeps = 1, .pushing = pushing, .resting = resting};
+  return {.time_step = .01, .gravity = {0, -g, 0}, .substeps = 1, .biased_sweeps = pushing, .relax_sweeps = resting};
 }
 
 template <class Solve>
@@ -675,7 +675,7 @@ TEST(ContactSolver, FloatIsAsGoodAsItsRounding) {
     const Wanted wanted = rigid(settings, s, s.before);
     solve_original(settings, p);
     const VectorXd f = impulses_of(p), v = velocities(p.bodies.motion, p.bodies.count);
-    const double drift = drift_bound(s, f, settings.resting, u_float), row = row_bound(s, drift);
+    const double drift = drift_bound(s, f, settings.relax_sweeps, u_float), row = row_bound(s, drift);
     EXPECT_LE((v - s.after(f)).cwiseAbs().maxCoeff(), drift);
     EXPECT_LE(residual(s, wanted, f), row);
     if (friction > 0) continue;
@@ -693,12 +693,12 @@ TEST(ContactSolver, FloatIsAsGoodAsItsRounding) {
 // --- Physics
 
 SolverSettings thorough(const Vector& gravity) {
-  return {.time_step = .01, .gravity = gravity, .substeps = 2, .pushing = 50, .resting = 500};
+  return {.time_step = .01, .gravity = gravity, .substeps = 2, .biased_sweeps = 50, .relax_sweeps = 500};
 }
 
 // What rounding may do to velocities in steps of these settings.
 double steps_bound(const SolverSettings& settings, const Problem<double>& p, int steps) {
-  const int sweeps = settings.substeps * (settings.pushing + settings.resting + 2);
+  const int sweeps = settings.substeps * (settings.biased_sweeps + settings.relax_sweeps + 2);
   const System s = assemble(settings, p);
   return steps * row_bound(s, drift_bound(s, impulses_of(p), sweeps, u));
 }
@@ -778,7 +778,7 @@ TEST(ContactPhysics, WithoutStaticBodiesMomentumIsKept) {
     const Eigen::Matrix<double, 6, 1> before = momentum();
     solve_original(settings, p);
     // Each velocity is off by the drift; bodies are 4 m around, and weigh 2.5 kg at most.
-    const double drift = drift_bound(s, impulses_of(p), settings.substeps * (settings.pushing + settings.resting) + 2, u);
+    const double drift = drift_bound(s, impulses_of(p), settings.substeps * (settings.biased_sweeps + settings.relax_sweeps) + 2, u);
     EXPECT_LE((momentum() - before).cwiseAbs().maxCoeff(), count * 2.5 * (1 + 2 * 4) * drift) << seed;
     EXPECT_GT((velocities(p.bodies.motion, count) - s.before).norm(), .5);
   }
@@ -821,11 +821,11 @@ TEST(ContactPhysics, APenetrationIsPushedOutAndLeavesNoSpeed) {
       double deep = depth;
       for (int i = 0; i < substeps; ++i) {
         const double soft = h * w * (2 * z + h * w);
-        deep -= h * std::min(deep * w / (2 * z + h * w), settings.most_push) * soft / (1 + soft);
+        deep -= h * std::min(deep * w / (2 * z + h * w), settings.max_bias_velocity) * soft / (1 + soft);
       }
       Problem<double> p = ball(-depth, 0);
       solve_original(settings, p);
-      const double bound = 16 * (substeps + 1) * u * settings.most_push;
+      const double bound = 16 * (substeps + 1) * u * settings.max_bias_velocity;
       EXPECT_NEAR(p.moving[1].velocity.y, (depth - deep) / settings.time_step, bound + 16 * u * depth / settings.time_step);
       EXPECT_NEAR(p.bodies.motion[1].velocity.y, 0, bound);
     }
@@ -894,7 +894,7 @@ void expect_same_bits(const SolverSettings& settings, const Problem<float>& prob
   Problem<float> original = problem, batched = problem;
   solve_original(settings, original);
   solve_batches(settings, batched);
-  const Batches batches = serial::reorder_contacts(problem.manifolds, problem.body, problem.bodies);
+  const Batches batches = serial::batches(problem.manifolds, problem.body, problem.bodies);
   for (const int threads : thread_counts) {
     omp_set_num_threads(threads);
     const auto expect = [&](const Problem<float>& expected, const Problem<float>& p, const char* form) {
@@ -903,10 +903,10 @@ void expect_same_bits(const SolverSettings& settings, const Problem<float>& prob
       EXPECT_TRUE(same_bits(expected.impulses, p.impulses)) << form << ' ' << problem.manifolds.size() << ' ' << threads;
     };
     Problem<float> p = problem;
-    openmp::solve_contacts_original(settings, p.manifolds, p.body, p.bodies, p.impulses, p.moving);
+    openmp::contact_solver_original(settings, p.manifolds, p.body, p.bodies, p.impulses, p.moving);
     expect(original, p, "original");
     p = problem;
-    openmp::solve_contacts_batches(settings, p.manifolds, p.body, batches, p.bodies, p.impulses, p.moving);
+    openmp::contact_solver_batches(settings, p.manifolds, p.body, batches, p.bodies, p.impulses, p.moving);
     expect(batched, p, "batches");
   }
 }
@@ -917,9 +917,9 @@ TEST(ContactTwins, OfAnyNumberOfContacts) {
   expect_same_bits(as_usual, Problem<float>{});
   unsigned seed = 1;
   for (const int contacts : {0, 1, 2, 15, 16, 17, 33, 200}) expect_same_bits(as_usual, crowd(2 + contacts, contacts, .2, seed++));
-  expect_same_bits({.time_step = .02, .gravity = {0, -g, 0}, .substeps = 2, .pushing = 2, .resting = 3, .bounce_from = .1},
+  expect_same_bits({.time_step = .02, .gravity = {0, -g, 0}, .substeps = 2, .biased_sweeps = 2, .relax_sweeps = 3, .bounce_from = .1},
                    crowd(100, 300, .1, seed++));
-  expect_same_bits({.time_step = .02, .gravity = {0, -g, 0}, .substeps = 1, .pushing = 0, .resting = 0}, crowd(100, 300, .1, seed++));
+  expect_same_bits({.time_step = .02, .gravity = {0, -g, 0}, .substeps = 1, .biased_sweeps = 0, .relax_sweeps = 0}, crowd(100, 300, .1, seed++));
 }
 
 TEST(ContactTwins, OfManyContactsAndMostlyStaticBodies) {
@@ -953,7 +953,7 @@ TEST(ContactBatches, OfThePapersFourBodies) {
   EXPECT_EQ(lists_of(make_batches(a, b, std::vector<char>{1, 1, 1, 1})), expected);
   EXPECT_EQ(lists_of(make_batches(a, b, std::vector<char>{1, 1, 1, 0})), expected);
   const Problem<double> p = papers_bodies(0, {0, 0, 0});
-  EXPECT_EQ(lists_of(serial::reorder_contacts(p.manifolds, p.body, p.bodies)), expected);
+  EXPECT_EQ(lists_of(serial::batches(p.manifolds, p.body, p.bodies)), expected);
   // In the original order C2 waits for C1, C3 for C2, and C4 for C1 and, if the ground counts, for C3.
   EXPECT_EQ(lists_of(make_levels(a, b, std::vector<char>{1, 1, 1, 1})), (Lists{{0}, {1}, {2}, {3}}));
   EXPECT_EQ(lists_of(make_levels(a, b, std::vector<char>{1, 1, 1, 0})), (Lists{{0}, {1, 3}, {2}}));
@@ -962,7 +962,7 @@ TEST(ContactBatches, OfThePapersFourBodies) {
 TEST(ContactBatches, AreAtMostTwiceTheDegreeAndHaveNoBodyTwice) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     const Problem<float> p = crowd(20 + 10 * seed, 300, .04 * seed, seed);
-    const Batches batches = serial::reorder_contacts(p.manifolds, p.body, p.bodies);
+    const Batches batches = serial::batches(p.manifolds, p.body, p.bodies);
     std::vector<int> degree(p.bodies.count), times(p.manifolds.size());
     for (const Manifold<float>& m : p.manifolds)
       for (const int body : {p.body[m.a], p.body[m.b]}) degree[body] += p.bodies.inverse_mass[body].w > 0;
@@ -979,7 +979,7 @@ TEST(ContactBatches, AreAtMostTwiceTheDegreeAndHaveNoBodyTwice) {
     EXPECT_LE(batches.count(), 2 * std::ranges::max(degree) - 1);
     for (const int threads : thread_counts) {
       omp_set_num_threads(threads);
-      const Batches openmp = openmp::reorder_contacts(p.manifolds, p.body, p.bodies);
+      const Batches openmp = openmp::batches(p.manifolds, p.body, p.bodies);
       EXPECT_TRUE(openmp.order == batches.order && openmp.begin == batches.begin);
     }
   }

@@ -19,7 +19,7 @@
 #include "verify/cloth/run.h"
 #include "verify/options.h"
 #include "verify/report.h"
-#include "verify/rigid_run.h"
+#include "verify/rigid/run.h"
 #include "verify/scale.h"
 
 namespace lockstep::verify {
@@ -145,10 +145,10 @@ void contact_batches(const FigureOptions& options, const Model& model, Rows& row
     Array<Motion<float>> moving;
     Batches batches;
     const auto reset = [&] { bodies = world.bodies, impulses = memory.impulses; };
-    const auto original = [&](SolveOriginal<float>* solve) {
+    const auto original = [&](ContactSolverOriginal<float>* solve) {
       return [&, solve] { solve(settings.solver, memory.manifolds, body, bodies, std::span(impulses), moving); };
     };
-    const auto reordered = [&](ReorderContacts<float>* reorder, SolveBatches<float>* solve) {
+    const auto reordered = [&](ReorderContacts<float>* reorder, ContactSolverBatches<float>* solve) {
       return [&, reorder, solve] {
         batches = reorder(memory.manifolds, body, bodies);
         solve(settings.solver, memory.manifolds, body, batches, bodies, std::span(impulses), moving);
@@ -159,8 +159,8 @@ void contact_batches(const FigureOptions& options, const Model& model, Rows& row
       rows.push_back({{"scene", name}, {"form", form}, {"variant", "serial"}, {"measured_ms", least_ms(repeats, reset, solve)}});
     };
     progress("contact_batches: " + name);
-    serial_row("original", original(serial::solve_contacts_original));
-    serial_row("batches", reordered(serial::reorder_contacts, serial::solve_contacts_batches));
+    serial_row("original", original(serial::contact_solver_original));
+    serial_row("batches", reordered(serial::batches, serial::contact_solver_batches));
     const double bytes = static_cast<double>(memory.manifolds.size() * (sizeof(Manifold<float>) + 2 * sizeof(Impulses<float>)));
     for (const int cores : cores_of(options)) {
       const auto scaled = [&](const char* form, const std::function<void()>& solve) {
@@ -168,9 +168,9 @@ void contact_batches(const FigureOptions& options, const Model& model, Rows& row
         row.update(scale_row(model, {reset, solve, bytes}, cores, options.quick));
         rows.push_back(row);
       };
-      scaled("original", original(openmp::solve_contacts_original));
-      scaled("batches", reordered(openmp::reorder_contacts, openmp::solve_contacts_batches));
-      scaled("reorder", [&] { batches = openmp::reorder_contacts(memory.manifolds, body, bodies); });
+      scaled("original", original(openmp::contact_solver_original));
+      scaled("batches", reordered(openmp::batches, openmp::contact_solver_batches));
+      scaled("reorder", [&] { batches = openmp::batches(memory.manifolds, body, bodies); });
     }
     for (int k = 0; k < batches.count(); ++k)
       rows.push_back({{"scene", name}, {"variant", "batch_size"}, {"batch", k}, {"contacts", batches.begin[k + 1] - batches.begin[k]}});

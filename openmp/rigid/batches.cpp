@@ -37,12 +37,12 @@ Constraints constraints_of(std::span<const Manifold<Real>> manifolds, std::span<
 
 }  // namespace
 
-Batches reorder_contacts(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body, const Bodies<Real>& bodies) {
+Batches batches(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body, const Bodies<Real>& bodies) {
   const auto [a, b, movable] = constraints_of(manifolds, body, bodies);
   return make_batches(a, b, movable);
 }
 
-Batches reorder_contacts_parallel(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
+Batches batches_parallel(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
                                   const Bodies<Real>& bodies) {
   const auto [a, b, movable] = constraints_of(manifolds, body, bodies);
   return lockstep::openmp::make_batches_in_parallel(a, b, movable, [&](int i) { return spatial::openmp::key_of(bodies.pose[i].position.x); });

@@ -64,7 +64,7 @@ void step_original(const StepSettings& settings, World<Real>& world, StepMemory<
   step(
       settings, world, memory, [] {},
       [&](std::span<const std::int32_t> body) {
-        solve_contacts_original(settings.solver, memory.manifolds, body, world.bodies, memory.impulses, memory.moving);
+        contact_solver_original(settings.solver, memory.manifolds, body, world.bodies, memory.impulses, memory.moving);
       });
 }
 
@@ -73,10 +73,10 @@ void step_batches(const StepSettings& settings, World<Real>& world, StepMemory<R
       settings, world, memory,
       [&] {
         memory.batches =
-            reorder_contacts(memory.manifolds, {world.colliders.body.data(), std::size_t(world.colliders.count)}, world.bodies);
+            batches(memory.manifolds, {world.colliders.body.data(), std::size_t(world.colliders.count)}, world.bodies);
       },
       [&](std::span<const std::int32_t> body) {
-        solve_contacts_batches(settings.solver, memory.manifolds, body, memory.batches, world.bodies, memory.impulses, memory.moving);
+        contact_solver_batches(settings.solver, memory.manifolds, body, memory.batches, world.bodies, memory.impulses, memory.moving);
       });
 }
 

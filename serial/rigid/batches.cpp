@@ -32,7 +32,7 @@ Constraints constraints_of(std::span<const Manifold<Real>> manifolds, std::span<
 
 }  // namespace
 
-Batches reorder_contacts(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body, const Bodies<Real>& bodies) {
+Batches batches(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body, const Bodies<Real>& bodies) {
   const auto [a, b, movable] = constraints_of(manifolds, body, bodies);
   return make_batches(a, b, movable);
 }

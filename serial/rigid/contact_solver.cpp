@@ -1,17 +1,18 @@
-// Contacts, solved: impulses such that bodies do not move into one another, and friction holds or slows them.
+// Solves contacts: finds impulses that keep bodies from moving into one another, and friction that holds or slows them.
 //
-// Every point of contact is three conditions on two bodies' velocities: one along the normal (no approach, no pull) and two along tangents
-// (no sliding, as far as friction reaches). All of them at once are a linear complementarity problem. Projected Gauss-Seidel solves one at
-// a time, as if the others were done, and goes round: what one impulse upsets at its bodies' other contacts, their turn repairs. A stack
-// needs about as many rounds as it is high; but it stands still from step to step, so each step begins with the impulses of the last one.
+// Every contact point is three conditions on two bodies' velocities: one along the normal (no approach, no pull) and two along tangents (no
+// sliding, within the friction cone). All together are a linear complementarity problem. Projected Gauss-Seidel solves one condition at a
+// time as if all others held, and repeats: later sweeps repair what one impulse upsets at the bodies' other contacts. A stack needs about
+// as many sweeps as it is high; but it stands still from step to step, so each step starts with the impulses of the last one (warm start).
 //
-// A step is taken in several small ones, with few sweeps each. Bodies that penetrate are pushed apart softly; as that speed is not their
-// own, a rigid sweep follows that takes it back.
+// A step is divided into substeps of few sweeps each. Bodies that penetrate are pushed apart softly (biased solve); a rigid sweep (relax)
+// then removes that bias velocity, which is not the bodies' own.
 //
-// The order of contacts matters: Gauss-Seidel uses what it has just found. `original` takes them as they come, `batches` as a parallel
-// machine can: the same algorithm in another order.
+// The order of contacts matters, because Gauss-Seidel uses each result at once. `original` takes contacts as they come, `batches` in an
+// order that a parallel machine can follow: the same algorithm in another order.
 //
-// Source: [LRB08] "Rigid Body Simulation"; [ITJ07] Figures 2 to 5. The contract stands in common/rigid/contact_solver.h.
+// Source: [LRB08] "Rigid Body Simulation"; [ITJ07] Figures 2 to 5. The contract stands in common/rigid/contact_solver.h, the formulas in
+// common/rigid/contact_row.h.
 #include "common/rigid/contact_solver.h"
 
 #include "common/math.h"
@@ -26,148 +27,103 @@ struct Contact {
   ContactConstraint<Real> constraint;
 };
 
-Velocity<Real> velocity_of(const Motion<Real>& motion) { return {motion.velocity, motion.angular_velocity}; }
-
-Movability<Real> movability_of(const Bodies<Real>& bodies, int i) {
-  const Quad<Real>& inverse = bodies.inverse_mass[i];
-  return {inverse.w, turned(matrix_of(bodies.pose[i].orientation), inverse.x, inverse.y, inverse.z)};
+ContactBody<Real> load_body(const Bodies<Real>& bodies, int i) {
+  return {bodies.pose[i], velocity_of(bodies.motion[i]), bodies.inverse_mass[i], bodies.friction[i], bodies.restitution[i]};
 }
 
 Contact make_contact(const Manifold<Real>& m, Real bounce_from, std::span<const std::int32_t> body, const Bodies<Real>& bodies,
                      const Impulses<Real>& impulses) {
   Contact contact{body[m.a], body[m.b], m.count, {}};
-  const auto [a, b] = std::pair(contact.a, contact.b);
+  const ContactBody<Real> a = load_body(bodies, contact.a), b = load_body(bodies, contact.b);
   ContactConstraint<Real>& c = contact.constraint;
-  c.normal = m.normal;
-  make_tangents(c.normal, c.tangent, c.bitangent);
-  c.friction = sqrt(bodies.friction[a] * bodies.friction[b]);
-  c.a = movability_of(bodies, a), c.b = movability_of(bodies, b);
-  const Real restitution = max(bodies.restitution[a], bodies.restitution[b]);
+  make_constraint(m.normal, a, b, c);
   for (int k = 0; k < m.count; ++k) {
-    ConstraintPoint<Real>& p = c.point[k];
-    p.arm_a = m.point[k].position - bodies.pose[a].position;
-    p.arm_b = m.point[k].position - bodies.pose[b].position;
-    p.normal = {effective_mass(c, p, c.normal), impulses.normal[k]};
-    p.tangent = {effective_mass(c, p, c.tangent), impulses.tangent[k]};
-    p.bitangent = {effective_mass(c, p, c.bitangent), impulses.bitangent[k]};
-    const Real approach = dot(relative_velocity(velocity_of(bodies.motion[a]), velocity_of(bodies.motion[b]), p), c.normal);
-    p.separation = m.point[k].separation;
-    p.hardest = 0;
-    p.bounce = select(approach < -bounce_from, -restitution * approach, Real(0));
+    const PointImpulse<Real> impulse = {impulses.normal[k], impulses.tangent[k], impulses.bitangent[k]};
+    make_point(c, a, b, m.point[k], impulse, bounce_from, c.point[k]);
   }
   return contact;
 }
 
-void write(const Velocity<Real>& v, const Bodies<Real>& bodies, int i, Array<Motion<Real>>& motion) {
-  if (bodies.inverse_mass[i].w == 0) return;
-  motion[i].velocity = v.linear;
-  motion[i].angular_velocity = v.angular;
+struct Velocities {
+  Velocity<Real> a, b;
+};
+Velocities load_velocities(const Contact& contact, const Array<Motion<Real>>& motion) {
+  return {velocity_of(motion[contact.a]), velocity_of(motion[contact.b])};
+}
+void store_velocities(const Velocities& v, const Contact& contact, Bodies<Real>& bodies) {
+  const auto store = [&](const Velocity<Real>& velocity, std::int32_t i) {
+    if (bodies.inverse_mass[i].w == 0) return;
+    bodies.motion[i].velocity = velocity.linear;
+    bodies.motion[i].angular_velocity = velocity.angular;
+  };
+  store(v.a, contact.a);
+  store(v.b, contact.b);
 }
 
-// The impulses of the last step, all at once.
 void warm_start(const Contact& contact, Bodies<Real>& bodies) {
   const ContactConstraint<Real>& c = contact.constraint;
-  Velocity<Real> a = velocity_of(bodies.motion[contact.a]), b = velocity_of(bodies.motion[contact.b]);
-  for (int k = 0; k < contact.count; ++k) {
-    const ConstraintPoint<Real>& p = c.point[k];
-    apply(c, p, p.normal.impulse * c.normal + p.tangent.impulse * c.tangent + p.bitangent.impulse * c.bitangent, a, b);
-  }
-  write(a, bodies, contact.a, bodies.motion);
-  write(b, bodies, contact.b, bodies.motion);
+  Velocities v = load_velocities(contact, bodies.motion);
+  for (int k = 0; k < contact.count; ++k) warm_start_point(true, c, c.point[k], v.a, v.b);
+  store_velocities(v, contact, bodies);
 }
 
-// Friction holds, as far as the normal impulses so far let it.
-void hold(Contact& contact, Velocity<Real>& a, Velocity<Real>& b) {
+void solve_frictions(Contact& contact, Velocities& v) {
   ContactConstraint<Real>& c = contact.constraint;
-  for (int k = 0; k < contact.count; ++k) {
-    ConstraintPoint<Real>& p = c.point[k];
-    const Real most = c.friction * p.normal.impulse;
-    const auto slide = [&](Row<Real>& row, const Vector3<Real>& direction) {
-      const Real change = friction_step(row, dot(relative_velocity(a, b, p), direction), most);
-      row.impulse += change;
-      apply(c, p, change * direction, a, b);
-    };
-    slide(p.tangent, c.tangent);
-    slide(p.bitangent, c.bitangent);
-  }
+  for (int k = 0; k < contact.count; ++k) solve_friction(true, c, c.point[k], v.a, v.b);
 }
 
-// Points keep apart. `moved` is how far bodies have come since the step began.
-void press(Contact& contact, const Sweep<Real>& sweep, const Array<Motion<Real>>& moved, Velocity<Real>& a, Velocity<Real>& b) {
+// movement[body]: how far bodies have moved since the step began.
+void solve_normals(Contact& contact, const Sweep<Real>& sweep, const Array<Motion<Real>>& movement, Velocities& v) {
   ContactConstraint<Real>& c = contact.constraint;
-  const Velocity<Real> moved_a = velocity_of(moved[contact.a]), moved_b = velocity_of(moved[contact.b]);
-  for (int k = 0; k < contact.count; ++k) {
-    ConstraintPoint<Real>& p = c.point[k];
-    const Real separation = p.separation + dot(relative_velocity(moved_a, moved_b, p), c.normal);
-    const Real parting = dot(relative_velocity(a, b, p), c.normal);
-    const Real change = normal_step(p.normal, parting, separation, sweep.per_step, sweep.soft, sweep.most_push);
-    p.normal.impulse += change;
-    p.hardest = max(p.hardest, p.normal.impulse);
-    apply(c, p, change * c.normal, a, b);
-  }
+  const Velocities moved = load_velocities(contact, movement);
+  for (int k = 0; k < contact.count; ++k) solve_normal(true, c, c.point[k], sweep, moved.a, moved.b, v.a, v.b);
 }
 
-void push(Contact& contact, const Sweep<Real>& sweep, const Array<Motion<Real>>& moved, Bodies<Real>& bodies) {
-  Velocity<Real> a = velocity_of(bodies.motion[contact.a]), b = velocity_of(bodies.motion[contact.b]);
-  press(contact, sweep, moved, a, b);
-  write(a, bodies, contact.a, bodies.motion);
-  write(b, bodies, contact.b, bodies.motion);
+void solve_biased(Contact& contact, const Sweep<Real>& sweep, const Array<Motion<Real>>& movement, Bodies<Real>& bodies) {
+  Velocities v = load_velocities(contact, bodies.motion);
+  solve_normals(contact, sweep, movement, v);
+  store_velocities(v, contact, bodies);
 }
 
-void rest(Contact& contact, const Sweep<Real>& sweep, const Array<Motion<Real>>& moved, Bodies<Real>& bodies) {
-  Velocity<Real> a = velocity_of(bodies.motion[contact.a]), b = velocity_of(bodies.motion[contact.b]);
-  hold(contact, a, b);
-  press(contact, sweep, moved, a, b);
-  write(a, bodies, contact.a, bodies.motion);
-  write(b, bodies, contact.b, bodies.motion);
+void relax(Contact& contact, const Sweep<Real>& sweep, const Array<Motion<Real>>& movement, Bodies<Real>& bodies) {
+  Velocities v = load_velocities(contact, bodies.motion);
+  solve_frictions(contact, v);
+  solve_normals(contact, sweep, movement, v);
+  store_velocities(v, contact, bodies);
 }
 
-// Points that came fast, and were hit, leave again. What that takes is no start for the next step, and is not kept.
 void bounce(const Contact& contact, Bodies<Real>& bodies) {
   const ContactConstraint<Real>& c = contact.constraint;
-  Velocity<Real> a = velocity_of(bodies.motion[contact.a]), b = velocity_of(bodies.motion[contact.b]);
-  bool any = false;
-  for (int k = 0; k < contact.count; ++k) {
-    const ConstraintPoint<Real>& p = c.point[k];
-    if (!(p.bounce > 0 && p.hardest > 0)) continue;
-    any = true;
-    const Real change = bounce_step(p.normal, dot(relative_velocity(a, b, p), c.normal), p.bounce);
-    apply(c, p, change * c.normal, a, b);
-  }
-  if (!any) return;
-  write(a, bodies, contact.a, bodies.motion);
-  write(b, bodies, contact.b, bodies.motion);
+  Velocities v = load_velocities(contact, bodies.motion);
+  for (int k = 0; k < contact.count; ++k)
+    if (has_bounce(c.point[k])) solve_bounce(true, c, c.point[k], v.a, v.b);
+  store_velocities(v, contact, bodies);
 }
 
 void solve_in_order(const SolverSettings& settings, std::vector<Contact>& contacts, Bodies<Real>& bodies, Array<Motion<Real>>& moving) {
-  const Substep<Real> part = substep_of<Real>(settings);
-  Array<Motion<Real>>& moved = moving;
-  moved.assign(bodies.motion.size(), {});
+  const Substep<Real> substep = substep_of<Real>(settings);
+  const auto moves = [&](int i) { return bodies.inverse_mass[i].w > 0; };
+  Array<Motion<Real>>& movement = moving;
+  movement.assign(bodies.motion.size(), {});
   Array<Motion<Real>> before = bodies.motion;
-  for (int substep = 0; substep < settings.substeps; ++substep) {
+  for (int part = 0; part < settings.substeps; ++part) {
     for (int i = 0; i < bodies.count; ++i)
-      if (bodies.inverse_mass[i].w > 0) begin_substep(part.gained, before[i], bodies.motion[i]);
-    if (substep == 0)
+      if (moves(i)) begin_substep(substep.gravity_dv, before[i], bodies.motion[i]);
+    if (part == 0)
       for (const Contact& contact : contacts) warm_start(contact, bodies);
-    for (int sweep = 0; sweep < settings.pushing; ++sweep)
-      for (Contact& contact : contacts) push(contact, part.pushing, moved, bodies);
-    for (int i = 0; i < bodies.count; ++i) {
-      if (!(bodies.inverse_mass[i].w > 0)) continue;
-      moved[i].velocity = moved[i].velocity + part.h * bodies.motion[i].velocity;
-      moved[i].angular_velocity = moved[i].angular_velocity + part.h * bodies.motion[i].angular_velocity;
-    }
-    for (int sweep = 0; sweep < settings.resting; ++sweep)
-      for (Contact& contact : contacts) rest(contact, part.resting, moved, bodies);
+    for (int sweep = 0; sweep < settings.biased_sweeps; ++sweep)
+      for (Contact& contact : contacts) solve_biased(contact, substep.biased, movement, bodies);
+    for (int i = 0; i < bodies.count; ++i)
+      if (moves(i)) move_on(substep.h, bodies.motion[i], movement[i]);
+    for (int sweep = 0; sweep < settings.relax_sweeps; ++sweep)
+      for (Contact& contact : contacts) relax(contact, substep.relax, movement, bodies);
   }
   for (const Contact& contact : contacts) bounce(contact, bodies);
   const Real per_step = static_cast<Real>(1 / settings.time_step);
-  for (int i = 0; i < bodies.count; ++i) {
-    moving[i].velocity = per_step * moved[i].velocity;
-    moving[i].angular_velocity = per_step * moved[i].angular_velocity;
-  }
+  for (int i = 0; i < bodies.count; ++i) moving[i] = mean_motion(per_step, movement[i]);
 }
 
-void keep_impulses(const Contact& contact, Impulses<Real>& impulses) {
+void store_impulses(const Contact& contact, Impulses<Real>& impulses) {
   for (int k = 0; k < contact.count; ++k) {
     const ConstraintPoint<Real>& p = contact.constraint.point[k];
     impulses.normal[k] = p.normal.impulse;
@@ -178,24 +134,26 @@ void keep_impulses(const Contact& contact, Impulses<Real>& impulses) {
 
 }  // namespace
 
-void solve_contacts_original(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
-                             Bodies<Real>& bodies, std::span<Impulses<Real>> impulses, Array<Motion<Real>>& moving) {
+void contact_solver_original(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds,
+                             std::span<const std::int32_t> body, Bodies<Real>& bodies, std::span<Impulses<Real>> impulses,
+                             Array<Motion<Real>>& moving) {
   std::vector<Contact> contacts;
   contacts.reserve(manifolds.size());
   for (std::size_t k = 0; k < manifolds.size(); ++k)
     contacts.push_back(make_contact(manifolds[k], static_cast<Real>(settings.bounce_from), body, bodies, impulses[k]));
   solve_in_order(settings, contacts, bodies, moving);
-  for (std::size_t k = 0; k < manifolds.size(); ++k) keep_impulses(contacts[k], impulses[k]);
+  for (std::size_t k = 0; k < manifolds.size(); ++k) store_impulses(contacts[k], impulses[k]);
 }
 
-void solve_contacts_batches(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
-                            const Batches& batches, Bodies<Real>& bodies, std::span<Impulses<Real>> impulses, Array<Motion<Real>>& moving) {
+void contact_solver_batches(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
+                            const Batches& batches, Bodies<Real>& bodies, std::span<Impulses<Real>> impulses,
+                            Array<Motion<Real>>& moving) {
   std::vector<Contact> contacts;
   contacts.reserve(manifolds.size());
   for (const std::int32_t k : batches.order)
     contacts.push_back(make_contact(manifolds[k], static_cast<Real>(settings.bounce_from), body, bodies, impulses[k]));
   solve_in_order(settings, contacts, bodies, moving);
-  for (std::size_t i = 0; i < contacts.size(); ++i) keep_impulses(contacts[i], impulses[batches.order[i]]);
+  for (std::size_t i = 0; i < contacts.size(); ++i) store_impulses(contacts[i], impulses[batches.order[i]]);
 }
 
 }  // namespace lockstep::rigid::serial

@@ -195,7 +195,7 @@ void batch_sharing_bodies(rigid::World<float>& world) {
   rigid::SolverSettings settings;
   settings.time_step = .01, settings.gravity = {0, 0, 0};
   const std::span<const rigid::Manifold<float>> contacts(manifolds);
-  rigid::openmp::solve_contacts_batches(settings, contacts, body, batches, world.bodies, std::span(impulses), moving);
+  rigid::openmp::contact_solver_batches(settings, contacts, body, batches, world.bodies, std::span(impulses), moving);
 }
 
 rigid::World<float> load_rigid(const std::string& scene) { return rigid::load_scene("scenes/rigid/" + scene + ".toml").world; }
