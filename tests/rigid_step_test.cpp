@@ -10,7 +10,7 @@
 #include "common/rigid/make.h"
 #include "common/rigid/scene.h"
 #include "common/rigid/step.h"
-#include "verify/rigid_run.h"
+#include "verify/rigid/run.h"
 
 namespace lockstep::rigid {
 namespace {

@@ -1,8 +1,5 @@
-// The rigid bodies' kernels, as the verifier and the benchmark see them.
-//
-// Every kernel is looked at in the state that a scene has after the steps it says (`settle`), as the step before left it: the same bodies
-// in, the same pairs, contacts, impulses and velocities out, bit for bit. What an alternative costs is asked in rows of their own
-// (`batches_for_original`); whole runs in verify/rigid_run.cpp.
+// The kernels of rigid bodies whose cases have no file of their own yet. Every kernel is looked at in the state that a scene has after
+// the steps it says (verify/rigid/inputs.h).
 #include <omp.h>
 
 #include <algorithm>
@@ -10,12 +7,8 @@
 #include <cmath>
 #include <memory>
 
-#include "common/rigid/batches.h"
 #include "common/rigid/box_pair.h"
 #include "common/rigid/broad_phase.h"
-#include "common/rigid/contact_solver.h"
-#include "common/rigid/integrate.h"
-#include "common/rigid/match_contacts.h"
 #include "common/rigid/narrow_phase.h"
 #include "common/rigid/route.h"
 #include "common/rigid/scene.h"
@@ -24,7 +17,8 @@
 #include "verify/compare.h"
 #include "verify/domain.h"
 #include "verify/kernel.h"
-#include "verify/rigid_run.h"
+#include "verify/rigid/inputs.h"
+#include "verify/rigid/run.h"
 
 namespace lockstep::verify {
 namespace {
@@ -93,33 +87,6 @@ Words words_of(std::span<const SeparatingAxis<float>> axes) {
   return words;
 }
 
-Words words_of(const Bodies<float>& bodies) {
-  Words words{{}, record_name("body", 13)};
-  for (int i = 0; i < bodies.count; ++i) {
-    const Pose<float>& pose = bodies.pose[i];
-    const Quaternion<float>& q = pose.orientation;
-    words.add(pose.position), words.add(q.x), words.add(q.y), words.add(q.z), words.add(q.w);
-    words.add(bodies.motion[i].velocity), words.add(bodies.motion[i].angular_velocity);
-  }
-  return words;
-}
-
-Words words_of(std::span<const Motion<float>> motions) {
-  Words words{{}, record_name("motion", 6)};
-  for (const Motion<float>& motion : motions) words.add(motion.velocity), words.add(motion.angular_velocity);
-  return words;
-}
-
-Words words_of(std::span<const Impulses<float>> impulses, std::span<const Manifold<float>> manifolds) {
-  Words words{{}, record_name("manifold", 3 * most_points)};
-  for (std::size_t i = 0; i < manifolds.size(); ++i)
-    for (int k = 0; k < most_points; ++k) {
-      const bool there = k < manifolds[i].count;
-      for (const float* row : {impulses[i].normal, impulses[i].tangent, impulses[i].bitangent}) words.add(there ? row[k] : 0.f);
-    }
-  return words;
-}
-
 // The words of both; names are those of the first, then those of the second.
 Words both(Words first, const Words& second) {
   const std::size_t of_first = first.word.size();
@@ -136,13 +103,10 @@ Array<Manifold<float>> unwritten_manifolds(std::size_t n) {
   return Array<Manifold<float>>(padded(n), unwritten);
 }
 
-const Pairs to_forget = {{0, 0}};
+using namespace rigid_inputs;
+using Shared = std::shared_ptr<const Inputs>;
 
-Array<Impulses<float>> unwritten_impulses(std::size_t n) {
-  Impulses<float> unwritten;
-  for (float* row : {unwritten.normal, unwritten.tangent, unwritten.bitangent, unwritten.unused}) std::fill_n(row, most_points, -1.f);
-  return Array<Impulses<float>>(n, unwritten);
-}
+const Pairs to_forget = {{0, 0}};
 
 // --- Cases
 
@@ -179,69 +143,6 @@ Case bitwise_case(State start, std::function<void(State&)> serial, std::function
       .hash = [s, words] { return hash_bytes(std::span<const std::uint32_t>(words(s->openmp).word)); },
       .work = std::move(work),
   };
-}
-
-// A scene, and what the last of its settling steps left. Settling takes longer than most kernels, which come one after another with the
-// same few scenes; states are large, so few are kept.
-constexpr std::size_t inputs_kept = 4;
-struct Inputs {
-  Scene scene;
-  World<float> world;      // settled
-  StepMemory<float> last;  // of the step before
-  StepMemory<float> now;   // of the step to come, by serial code: what each phase finds
-  StepSettings settings;
-
-  Placed<float> placed() const {
-    return {world.colliders, world.hulls, {now.placed.data(), static_cast<std::size_t>(world.colliders.count)}};
-  }
-  std::span<const std::int32_t> group() const { return {world.colliders.group.data(), static_cast<std::size_t>(world.colliders.count)}; }
-  std::span<const std::int32_t> body() const { return {world.colliders.body.data(), static_cast<std::size_t>(world.colliders.count)}; }
-};
-using Shared = std::shared_ptr<const Inputs>;
-
-Shared inputs(const std::string& path) {
-  static std::vector<std::pair<std::string, Shared>> known;  // the last used last
-  const auto found = std::ranges::find(known, path, &std::pair<std::string, Shared>::first);
-  if (found != known.end()) {
-    std::rotate(found, found + 1, known.end());
-    return known.back().second;
-  }
-  if (known.size() == inputs_kept) known.erase(known.begin());
-  auto in = std::make_shared<Inputs>();
-  in->scene = load_scene(path);
-  in->settings = settings_of(in->scene);
-  in->world = in->scene.world;
-  for (int step = 0; step < in->scene.settle; ++step) openmp::step_batches(in->settings, in->world, in->last);
-  in->now = in->last;
-  World<float> after = in->world;
-  serial::step_batches(in->settings, after, in->now);
-  return known.emplace_back(path, in).second;
-}
-
-constexpr double bytes_of_box = 24, bytes_of_pose = 32, bytes_of_manifold = sizeof(Manifold<float>);
-
-Case place_case(const std::string& path) {
-  struct State {
-    Array<Pose<float>> placed;
-    Bounds<float> bounds;
-  };
-  const Shared in = inputs(path);
-  const auto with = [in](PlaceColliders<float>* place) {
-    return [in, place](State& s) { place(in->world, static_cast<float>(in->settings.margin / 2), s.placed, s.bounds); };
-  };
-  const double n = in->world.colliders.count;
-  return bitwise_case<State>({in->last.placed, in->last.bounds}, with(serial::place_colliders), with(openmp::place_colliders),
-                             [in](const State& s) {
-                               Words words{{}, record_name("collider", 13)};
-                               for (int i = 0; i < in->world.colliders.count; ++i) {
-                                 const Quaternion<float>& q = s.placed[i].orientation;
-                                 words.add(s.placed[i].position), words.add(q.x), words.add(q.y), words.add(q.z), words.add(q.w);
-                                 for (const Vectors<float>* corner : {&s.bounds.low, &s.bounds.high})
-                                   words.add(corner->x[i]), words.add(corner->y[i]), words.add(corner->z[i]);
-                               }
-                               return words;
-                             },
-                             {n, "colliders", n * (3 * bytes_of_pose + bytes_of_box), n * 120});
 }
 
 // A broad phase without a state, or with one that is as the step before left it.
@@ -483,212 +384,6 @@ Case narrow_phase_case(const std::string& path) {
       {n, "pairs", n * (2 * bytes_of_pose + bytes_of_manifold), n * 500});
 }
 
-Case match_case(const std::string& path) {
-  using State = Array<Impulses<float>>;
-  const Shared in = inputs(path);
-  const auto with = [in](MatchContacts<float>* match) {
-    return [in, match](State& impulses) { match(in->last.manifolds, in->last.impulses, in->now.manifolds, impulses); };
-  };
-  const double n = static_cast<double>(in->now.manifolds.size());
-  return bitwise_case<State>(unwritten_impulses(in->now.manifolds.size()), with(serial::match_contacts), with(openmp::match_contacts),
-                             [in](const State& impulses) { return words_of(impulses, in->now.manifolds); },
-                             {n, "contacts", n * 2 * (bytes_of_manifold + sizeof(Impulses<float>)), 0});
-}
-
-// What the solver is given.
-struct Solved {
-  Bodies<float> bodies;
-  Array<Impulses<float>> impulses;
-  Array<Motion<float>> moving;
-};
-
-Solved solver_start(const Inputs& in) {
-  Solved start{in.world.bodies, Array<Impulses<float>>(in.now.manifolds.size()), in.last.moving};
-  serial::match_contacts(in.last.manifolds, in.last.impulses, in.now.manifolds, start.impulses);
-  return start;
-}
-
-double rows_of(const Inputs& in) {
-  double points = 0;
-  for (const Manifold<float>& m : in.now.manifolds) points += m.count;
-  const SolverSettings& solver = in.settings.solver;
-  return points * solver.substeps * (solver.pushing + 3 * solver.resting);
-}
-
-std::vector<int> sizes_of(const Batches& batches) {
-  std::vector<int> sizes(batches.count());
-  for (int k = 0; k < batches.count(); ++k) sizes[k] = batches.begin[k + 1] - batches.begin[k];
-  return sizes;
-}
-
-Case solver_case(const std::string& path, bool reordered) {
-  const Shared in = inputs(path);
-  const auto original = [in](SolveOriginal<float>* solve) {
-    return [in, solve](Solved& s) { solve(in->settings.solver, in->now.manifolds, in->body(), s.bodies, s.impulses, s.moving); };
-  };
-  const auto batched = [in](SolveBatches<float>* solve) {
-    return [in, solve](Solved& s) {
-      solve(in->settings.solver, in->now.manifolds, in->body(), in->now.batches, s.bodies, s.impulses, s.moving);
-    };
-  };
-  using Change = std::function<void(Solved&)>;
-  const Change serial = reordered ? Change(batched(serial::solve_contacts_batches)) : Change(original(serial::solve_contacts_original));
-  const Change openmp = reordered ? Change(batched(openmp::solve_contacts_batches)) : Change(original(openmp::solve_contacts_original));
-  const double rows = rows_of(*in), contacts = static_cast<double>(in->now.manifolds.size());
-  Case run = bitwise_case<Solved>(solver_start(*in), serial, openmp,
-                                  [in](const Solved& s) {
-                                    const std::span moving(s.moving.data(), s.bodies.count);
-                                    return both(words_of(s.bodies), both(words_of(s.impulses, in->now.manifolds), words_of(moving)));
-                                  },
-                                  {rows, "rows", contacts * (bytes_of_manifold + 2 * sizeof(Impulses<float>)), rows * 75,
-                                   reordered ? lanes_in_use(sizes_of(in->now.batches)) : 0});
-  if (reordered) {
-    const auto s = std::make_shared<Solved>(solver_start(*in));
-    run.best_serial = [s, start = solver_start(*in), solve = original(serial::solve_contacts_original)] { solve(*s); };
-  }
-  return run;
-}
-
-Case batches_case(const std::string& path, ReorderContacts<float>* openmp) {
-  const Shared in = inputs(path);
-  const auto with = [in](ReorderContacts<float>* reorder) {
-    return [in, reorder](Batches& batches) { batches = reorder(in->now.manifolds, in->body(), in->world.bodies); };
-  };
-  const double n = static_cast<double>(in->now.manifolds.size());
-  return bitwise_case<Batches>({}, with(serial::reorder_contacts), with(openmp),
-                               [](const Batches& batches) {
-                                 Words words{{}, record_name("entry", 1)};
-                                 for (const std::int32_t k : batches.order) words.add(k);
-                                 for (const std::int32_t k : batches.begin) words.add(k);
-                                 return words;
-                               },
-                               {n, "contacts", n * 20, 0});
-}
-
-Case advance_case(const std::string& path) {
-  const Shared in = inputs(path);
-  const auto with = [in](Integrate<float>* integrate) {
-    return [in, integrate](Bodies<float>& bodies) { integrate(in->now.moving, static_cast<float>(in->settings.solver.time_step), bodies); };
-  };
-  const double n = in->world.bodies.count;
-  return bitwise_case<Bodies<float>>(in->world.bodies, with(serial::integrate), with(openmp::integrate),
-                                     [](const Bodies<float>& bodies) { return words_of(bodies); },
-                                     {n, "bodies", n * 6 * bytes_of_pose, n * 350});
-}
-
-Case step_case(const std::string& path, Step<float>* serial, Step<float>* openmp) {
-  struct State {
-    World<float> world;
-    StepMemory<float> memory;
-  };
-  const Shared in = inputs(path);
-  const auto with = [in](Step<float>* step) { return [in, step](State& s) { step(in->settings, s.world, s.memory); }; };
-  const double n = in->world.bodies.count;
-  return bitwise_case<State>({in->world, in->last}, with(serial), with(openmp),
-                             [](const State& s) { return both(words_of(s.world.bodies), words_of(s.memory.impulses, s.memory.manifolds)); },
-                             {n, "bodies", n * 6 * bytes_of_pose, 75 * rows_of(*in)});
-}
-
-// The same contacts solved in another order: how many sweeps leave no more of the residual than ten of the original order do.
-Case convergence_case(const std::string& path) {
-  struct State {
-    Shared in;
-    Solved start;
-    World<float> before;
-    double target = 0, left = 0;
-    int sweeps = 0;
-  };
-  auto s = std::make_shared<State>(State{inputs(path), {}, {}, 0, 0, 0});
-  s->start = solver_start(*s->in);
-  s->before = s->in->world;
-  s->before.bodies = s->start.bodies;
-  for (Impulses<float>& impulses : s->start.impulses) impulses = {};  // from nothing: a warm start has little left to find
-  constexpr int original_sweeps = 10, most_sweeps = 10 * original_sweeps;
-  const auto residual_after = [s](int sweeps, bool reordered, bool in_parallel) {
-    Solved solved = s->start;
-    SolverSettings settings = s->in->settings.solver;
-    settings.substeps = 1, settings.pushing = 0, settings.resting = sweeps;
-    const auto& [manifolds, batches] = std::tie(s->in->now.manifolds, s->in->now.batches);
-    if (!reordered)
-      serial::solve_contacts_original(settings, manifolds, s->in->body(), solved.bodies, solved.impulses, solved.moving);
-    else if (in_parallel)
-      openmp::solve_contacts_batches(settings, manifolds, s->in->body(), batches, solved.bodies, solved.impulses, solved.moving);
-    else
-      serial::solve_contacts_batches(settings, manifolds, s->in->body(), batches, solved.bodies, solved.impulses, solved.moving);
-    return residual(settings, manifolds, s->in->body(), s->before, solved.impulses);
-  };
-  s->target = residual_after(original_sweeps, false, false);
-  for (s->sweeps = 1; s->sweeps < most_sweeps && residual_after(s->sweeps, true, true) > s->target; ++s->sweeps) {
-  }
-  const double n = static_cast<double>(s->in->now.manifolds.size());
-  return {
-      .reset = [] {},
-      .serial = [residual_after] { residual_after(original_sweeps, false, false); },
-      .best_serial = nullptr,
-      .openmp = [s, residual_after] { s->left = residual_after(s->sweeps, true, true); },
-      .judge =
-          [s] {
-            char text[120];
-            std::snprintf(text, sizeof text, "%d sweeps in batches for %d in the original order: %.2f times", s->sweeps, original_sweeps,
-                          double(s->sweeps) / original_sweeps);
-            return Judgement{
-                .verdict = Verdict::converged, .passed = s->left <= s->target, .error = s->left, .bound = s->target, .worst_at = text};
-          },
-      .hash = [s] { return std::bit_cast<std::uint64_t>(s->left); },
-      .work = {n, "contacts", n * bytes_of_manifold, 0},
-  };
-}
-
-// A whole run from the scene's start. Steps have the serial bits, so the run cannot leave the serial one; what is asked besides is that
-// every number is finite, that momentum changes by what gravity and static bodies give, and no more than rounding allows, and that the
-// energy is as near to the serial run's as the serial run is to itself after a change of one ulp.
-Case run_case(const std::string& path, Step<float>* serial, Step<float>* openmp) {
-  struct State {
-    Scene scene;
-    int steps;
-    RigidRun expected, found;
-    std::vector<double> energy_forgotten;  // J, [step]
-  };
-  constexpr double body_steps = 3e5;  // how long a run is: long enough for bodies to meet, short enough to wait for
-  auto s = std::make_shared<State>(State{load_scene(path), 0, {}, {}, {}});
-  s->steps = std::clamp(static_cast<int>(body_steps / s->scene.world.bodies.count), 5, 200);
-  s->expected = run_rigid(s->scene, serial, s->steps);
-  s->energy_forgotten = energy_forgotten(s->scene, serial, s->expected);
-  const double n = static_cast<double>(s->scene.world.bodies.count) * s->steps;
-  return {
-      .reset = [] {},
-      .serial = [s, serial] { run_rigid(s->scene, serial, s->steps); },
-      .best_serial = nullptr,
-      .openmp = [s, openmp] { s->found = run_rigid(s->scene, openmp, s->steps); },
-      .judge =
-          [s] {
-            Judgement judgement{.verdict = Verdict::physical, .bound = 1, .worst_at = ""};
-            for (std::size_t f = 0; f < s->found.frames.size(); ++f) {
-              const RigidRun::Frame& frame = s->found.frames[f];
-              const std::string at = " after step " + std::to_string(f + 1);
-              const auto fail = [&](const std::string& what) {
-                if (judgement.passed) judgement.worst_at = what + at;
-                judgement.passed = false;
-              };
-              if (!std::ranges::all_of(frame.state, [](float x) { return std::isfinite(x); })) fail("a number is not finite");
-              if (!std::ranges::equal(frame.state, s->expected.frames[f].state)) fail("another state than the serial run's");
-              if (!(frame.momentum_error <= 1)) fail("momentum is off by more than rounding");
-              const double energies = std::abs(frame.energy - s->expected.frames[f].energy), forgotten = s->energy_forgotten[f];
-              if (!(energies <= forgotten)) fail("energy is farther from the serial run's than that is from itself");
-              if (judgement.passed && frame.momentum_error >= judgement.error) {
-                char text[160];
-                std::snprintf(text, sizeof text, "momentum%s; deepest %.2g mm; energy %.6g J, off by %.2g of %.2g", at.c_str(),
-                              1e3 * frame.deepest, frame.energy, energies, forgotten);
-                judgement.error = frame.momentum_error, judgement.worst_at = text;
-              }
-            }
-            return judgement;
-          },
-      .hash = [s] { return hash_bytes(std::span<const float>(s->found.frames.back().state)); },
-      .work = {n, "body-steps", n * 6 * bytes_of_pose, 0},
-  };
-}
-
 }  // namespace
 
 std::vector<Kernel> rigid_kernels() {
@@ -705,11 +400,8 @@ std::vector<Kernel> rigid_kernels() {
   const Scenes all = {"four_bodies", "degenerate", "assorted", "soup_10", "mesh_and_hulls", "rounds_20000", "castle"};
   const Scenes more = {"soup_1",     "soup_50", "hull_soup",  "box_pit_4000", "hull_pit_2000",
                        "pyramid_24", "wall",    "castle_hit", "dominoes_1000"};
-  const Scenes many = {"castle", "boxes_100k"}, of_boxes = {"box_pit_4000", "pyramid_24"}, of_hulls = {"hull_pit_2000", "hull_soup"};
-  const Scenes settled = {"pyramid_24", "box_pit_4000", "hull_pit_2000"},
-               and_castle = {"pyramid_24", "box_pit_4000", "hull_pit_2000", "castle_hit"};
+  const Scenes many = of_many_bodies;
 
-  add("rigid/place_colliders", "", all, more, many, place_case);
   add("rigid/sweep_and_prune", "batch", all, more, many,
       [](const std::string& path) { return sweep_case(path, serial::sweep_and_prune_batch, openmp::sweep_and_prune_batch); });
   add("rigid/bvh", "build", all, more, many,
@@ -753,21 +445,6 @@ std::vector<Kernel> rigid_kernels() {
   add("rigid/convex_axes", "", {"degenerate", "soup_10", "mesh_and_hulls"}, more, of_hulls, convex_axes_case);
   add("rigid/convex_clip", "", {"degenerate", "soup_10", "mesh_and_hulls"}, more, of_hulls, convex_clip_case);
   add("rigid/narrow_phase", "", all, more, settled, narrow_phase_case);
-  add("rigid/match_contacts", "", all, more, settled, match_case);
-  add("rigid/batches", "", all, more, settled, [](const std::string& path) { return batches_case(path, openmp::reorder_contacts); });
-  add("rigid/batches", "parallel", all, more, settled,
-      [](const std::string& path) { return batches_case(path, openmp::reorder_contacts_parallel); });
-  add("rigid/contact_solver", "original", all, more, settled, [](const std::string& path) { return solver_case(path, false); });
-  add("rigid/contact_solver", "batches", all, more, and_castle, [](const std::string& path) { return solver_case(path, true); });
-  add("rigid/contact_solver", "batches_for_original", {"four_bodies", "castle"}, {"pyramid_24", "box_pit_4000", "hull_pit_2000"}, {},
-      convergence_case);
-  add("rigid/integrate", "", all, more, many, advance_case);
-  add("rigid/step", "original", all, more, settled,
-      [](const std::string& path) { return step_case(path, serial::step_original, openmp::step_original); });
-  add("rigid/step", "batches", all, more, and_castle,
-      [](const std::string& path) { return step_case(path, serial::step_batches, openmp::step_batches); });
-  add("rigid/step", "batches_run", {"four_bodies", "degenerate", "assorted", "soup_10", "castle_hit"}, more, {},
-      [](const std::string& path) { return run_case(path, serial::step_batches, openmp::step_batches); });
   return kernels;
 }
 

@@ -10,7 +10,7 @@
 #include "common/rigid/step.h"
 #include "common/rigid/vtk.h"
 #include "verify/domain.h"
-#include "verify/rigid_run.h"
+#include "verify/rigid/run.h"
 
 namespace lockstep::verify {
 namespace {

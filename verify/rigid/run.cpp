@@ -1,4 +1,4 @@
-#include "verify/rigid_run.h"
+#include "verify/rigid/run.h"
 
 #include <algorithm>
 #include <cmath>
@@ -79,9 +79,9 @@ double residual(const SolverSettings& settings, std::span<const Manifold<float>>
   Array<Impulses<double>> after = before;
   Array<Motion<double>> moving;
   SolverSettings one_sweep = settings;
-  one_sweep.substeps = 1, one_sweep.pushing = 0, one_sweep.resting = 1;
+  one_sweep.substeps = 1, one_sweep.biased_sweeps = 0, one_sweep.relax_sweeps = 1;
   const Array<Manifold<double>> contacts = widened(manifolds);
-  serial::solve_contacts_original(one_sweep, std::span<const Manifold<double>>(contacts), body, bodies, std::span(after), moving);
+  serial::contact_solver_original(one_sweep, std::span<const Manifold<double>>(contacts), body, bodies, std::span(after), moving);
   double sum = 0, rows = 0;
   for (std::size_t i = 0; i < manifolds.size(); ++i)
     for (int k = 0; k < manifolds[i].count; ++k)
@@ -136,7 +136,7 @@ RigidRun run_rigid(const Scene& scene, Step<float>* step, int steps) {
     }
     const Vector3<double> gained = solver.time_step * mass * solver.gravity;
     const Vector3<double> off = after.sum - before.sum - gained;
-    const double writes = solver.substeps * (*std::ranges::max_element(rows_of) * (1. + solver.pushing + solver.resting) + 6);
+    const double writes = solver.substeps * (*std::ranges::max_element(rows_of) * (1. + solver.biased_sweeps + solver.relax_sweeps) + 6);
     const double allowed = writes * unit_roundoff * (before.magnitude + after.magnitude + std::sqrt(dot(gained, gained)) + 3 * impulses);
     run.frames.push_back({state_of(world.bodies), deepest, energy(world.bodies, solver.gravity),
                           free && allowed > 0 ? std::sqrt(dot(off, off)) / allowed : 0});

@@ -7,11 +7,9 @@
 
 #include "common/rigid/scene.h"
 #include "common/rigid/step.h"
-#include "verify/kernel.h"
+#include "verify/rigid/inputs.h"
 
 namespace lockstep::verify {
-
-rigid::StepSettings settings_of(const rigid::Scene& scene);
 
 // How far impulses and velocities are from solving a contact problem: by how much another sweep, in double and in the original order, would
 // change impulses, N s, root mean square over all rows. `start` is the world whose bodies the solver was given; `impulses` is what it left.

@@ -1,0 +1,47 @@
+// Contacts put into batches, as the verifier and the benchmark see it: the same batches, number by number, as its serial twin's.
+#include "common/rigid/batches.h"
+
+#include "verify/rigid/inputs.h"
+#include "verify/twin.h"
+
+namespace lockstep {
+
+template <Same<Batches> B, class F>
+void for_each_array(B& b, const F& f) {
+  f("order", b.order, b.order.size()), f("begin", b.begin, b.begin.size());
+}
+
+namespace verify {
+namespace {
+
+using namespace rigid;
+using namespace rigid_inputs;
+
+Case batches_case(const std::string& path, ReorderContacts<float>* openmp) {
+  const auto in = inputs(path);
+  const auto with = [in](ReorderContacts<float>* reorder) {
+    return [in, reorder](Batches& batches) { batches = reorder(in->now.manifolds, in->body(), in->world.bodies); };
+  };
+  const double n = static_cast<double>(in->now.manifolds.size());
+  return make_case<Batches>({
+      .start = std::make_shared<const Batches>(),
+      .serial = with(rigid::serial::batches),
+      .best_serial = nullptr,
+      .openmp = with(openmp),
+      .work = {n, "contacts", n * 20, 0},
+  });
+}
+
+Form form(const char* name, ReorderContacts<float>* openmp) {
+  return {.name = name,
+          .make = [openmp](const std::string& path) { return batches_case(path, openmp); },
+          .scenes = scenes_of_all(settled)};
+}
+
+const Register batches{{.name = "rigid/batches",
+                        .place = 14,
+                        .forms = {form("", rigid::openmp::batches), form("parallel", rigid::openmp::batches_parallel)}}};
+
+}  // namespace
+}  // namespace verify
+}  // namespace lockstep

@@ -1,0 +1,50 @@
+#include "verify/rigid/inputs.h"
+
+#include <utility>
+
+#include "verify/inputs.h"
+
+namespace lockstep::verify::rigid_inputs {
+
+using namespace rigid;
+
+namespace {
+
+Inputs make(const std::string& path) {
+  Inputs in{load_scene(path), {}, {}, {}, {}};
+  in.settings = settings_of(in.scene);
+  in.world = in.scene.world;
+  for (int step = 0; step < in.scene.settle; ++step) serial::step_batches(in.settings, in.world, in.last);
+  in.now = in.last;
+  World<float> after = in.world;
+  serial::step_batches(in.settings, after, in.now);
+  return in;
+}
+
+}  // namespace
+
+// For the cache.
+double bytes_of(const Inputs& in) {
+  return 2 * lockstep::bytes_of(in.world) + lockstep::bytes_of(in.last) + lockstep::bytes_of(in.now);
+}
+
+std::shared_ptr<const Inputs> inputs(const std::string& path) {
+  return verify::inputs<Inputs>(path, [&] { return make(path); });
+}
+
+double rows_of(const Inputs& in) {
+  double points = 0;
+  for (const Manifold<float>& m : in.now.manifolds) points += m.count;
+  const SolverSettings& solver = in.settings.solver;
+  return points * solver.substeps * (solver.biased_sweeps + 3 * solver.relax_sweeps);
+}
+
+Scenes scenes_of_all(std::vector<std::string> bench, std::vector<std::string> tsan) {
+  return {.verify = {"four_bodies", "degenerate", "assorted", "soup_10", "mesh_and_hulls", "rounds_20000", "castle"},
+          .more = {"soup_1", "soup_50", "hull_soup", "box_pit_4000", "hull_pit_2000", "pyramid_24", "wall", "castle_hit",
+                   "dominoes_1000"},
+          .bench = std::move(bench),
+          .tsan = std::move(tsan)};
+}
+
+}  // namespace lockstep::verify::rigid_inputs

@@ -1,0 +1,56 @@
+// The scenes of rigid bodies as their kernels find them.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/rigid/arrays.h"
+#include "common/rigid/scene.h"
+#include "common/rigid/step.h"
+#include "verify/arrays.h"
+#include "verify/kernel.h"
+
+namespace lockstep::verify {
+
+rigid::StepSettings settings_of(const rigid::Scene& scene);
+
+namespace rigid_inputs {
+
+// A scene in the state after the steps that it says (`settle`), so that bodies touch.
+struct Inputs {
+  rigid::Scene scene;
+  rigid::World<float> world;      // settled
+  rigid::StepMemory<float> last;  // of the step before
+  rigid::StepMemory<float> now;   // of the step to come: what each of its phases finds
+  rigid::StepSettings settings;
+
+  rigid::Placed<float> placed() const {
+    return {world.colliders, world.hulls, {now.placed.data(), static_cast<std::size_t>(world.colliders.count)}};
+  }
+  std::span<const std::int32_t> group() const {
+    return {world.colliders.group.data(), static_cast<std::size_t>(world.colliders.count)};
+  }
+  std::span<const std::int32_t> body() const {
+    return {world.colliders.body.data(), static_cast<std::size_t>(world.colliders.count)};
+  }
+  float margin() const { return static_cast<float>(settings.margin); }
+};
+
+// Made by the serial step in batches. Shared by all kernels.
+std::shared_ptr<const Inputs> inputs(const std::string& path);
+
+// For the work of a kernel.
+inline constexpr double bytes_of_box = 24, bytes_of_pose = 32, bytes_of_manifold = sizeof(rigid::Manifold<float>);
+double rows_of(const Inputs& in);  // of the solver in a step: one a point in a biased sweep, three in a relaxing one
+
+// Scenes of nearly every kernel. `bench` are the names of scenes to time, `tsan` of those for the thread sanitizer.
+Scenes scenes_of_all(std::vector<std::string> bench, std::vector<std::string> tsan = {"box_pit_4000"});
+inline const std::vector<std::string> of_many_bodies = {"castle", "boxes_100k"}, of_boxes = {"box_pit_4000", "pyramid_24"},
+                                      of_hulls = {"hull_pit_2000", "hull_soup"},
+                                      settled = {"pyramid_24", "box_pit_4000", "hull_pit_2000"},
+                                      and_castle = {"pyramid_24", "box_pit_4000", "hull_pit_2000", "castle_hit"};
+
+}  // namespace rigid_inputs
+}  // namespace lockstep::verify

@@ -1,0 +1,117 @@
+// The whole step of rigid bodies, as the verifier and the benchmark see it: bitwise with the serial form of the same order of contacts, and,
+// in a form of its own, `batches_run`, by what physics keeps in a whole run.
+#include "common/rigid/step.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "verify/rigid/inputs.h"
+#include "verify/rigid/run.h"
+#include "verify/twin.h"
+
+namespace lockstep::verify {
+namespace {
+
+using namespace rigid;
+using namespace rigid_inputs;
+
+struct State {
+  World<float> world;
+  StepMemory<float> memory;
+};
+// What a step leaves: bodies, and the impulses that the next one starts with.
+template <Same<State> S, class F>
+void for_each_array(S& s, const F& f) {
+  for_each_array(s.world.bodies, f);
+  f("manifolds", s.memory.manifolds, s.memory.manifolds.size()), f("impulses", s.memory.impulses, s.memory.impulses.size());
+}
+
+Case step_case(const std::string& path, Step<float>* serial, Step<float>* openmp) {
+  const auto in = inputs(path);
+  const auto with = [in](Step<float>* step) { return [in, step](State& s) { step(in->settings, s.world, s.memory); }; };
+  const double n = in->world.bodies.count;
+  return make_case<State>({
+      .start = std::make_shared<const State>(State{in->world, in->last}),
+      .serial = with(serial),
+      .best_serial = nullptr,
+      .openmp = with(openmp),
+      .work = {n, "bodies", n * 6 * bytes_of_pose, 75 * rows_of(*in)},
+  });
+}
+
+// A whole run from the scene's start. Steps have the serial bits, so the run cannot leave the serial one; what is asked besides is that
+// every number is finite, that momentum changes by what gravity and static bodies give, and no more than rounding allows, and that the
+// energy is as near to the serial run's as the serial run is to itself after a change of one ulp.
+Case run_case(const std::string& path, Step<float>* serial, Step<float>* openmp) {
+  struct State {
+    Scene scene;
+    int steps;
+    RigidRun expected, found;
+    std::vector<double> energy_forgotten;  // J, [step]
+  };
+  constexpr double body_steps = 3e5;  // how long a run is: long enough for bodies to meet, short enough to wait for
+  auto s = std::make_shared<State>(State{load_scene(path), 0, {}, {}, {}});
+  s->steps = std::clamp(static_cast<int>(body_steps / s->scene.world.bodies.count), 5, 200);
+  s->expected = run_rigid(s->scene, serial, s->steps);
+  s->energy_forgotten = energy_forgotten(s->scene, serial, s->expected);
+  const double n = static_cast<double>(s->scene.world.bodies.count) * s->steps;
+  return {
+      .reset = [] {},
+      .serial = [s, serial] { run_rigid(s->scene, serial, s->steps); },
+      .best_serial = nullptr,
+      .openmp = [s, openmp] { s->found = run_rigid(s->scene, openmp, s->steps); },
+      .judge =
+          [s] {
+            Judgement judgement{.verdict = Verdict::physical, .bound = 1, .worst_at = ""};
+            for (std::size_t f = 0; f < s->found.frames.size(); ++f) {
+              const RigidRun::Frame& frame = s->found.frames[f];
+              const std::string at = " after step " + std::to_string(f + 1);
+              const auto fail = [&](const std::string& what) {
+                if (judgement.passed) judgement.worst_at = what + at;
+                judgement.passed = false;
+              };
+              if (!std::ranges::all_of(frame.state, [](float x) { return std::isfinite(x); })) fail("a number is not finite");
+              if (!std::ranges::equal(frame.state, s->expected.frames[f].state)) fail("another state than the serial run's");
+              if (!(frame.momentum_error <= 1)) fail("momentum is off by more than rounding");
+              const double energies = std::abs(frame.energy - s->expected.frames[f].energy), forgotten = s->energy_forgotten[f];
+              if (!(energies <= forgotten)) fail("energy is farther from the serial run's than that is from itself");
+              if (judgement.passed && frame.momentum_error >= judgement.error) {
+                char text[160];
+                std::snprintf(text, sizeof text, "momentum%s; deepest %.2g mm; energy %.6g J, off by %.2g of %.2g", at.c_str(),
+                              1e3 * frame.deepest, frame.energy, energies, forgotten);
+                judgement.error = frame.momentum_error, judgement.worst_at = text;
+              }
+            }
+            return judgement;
+          },
+      .hash = [s] { return hash_bytes(std::span<const float>(s->found.frames.back().state)); },
+      .work = {n, "body-steps", n * 6 * bytes_of_pose, 0},
+  };
+}
+
+const std::vector<std::string> for_tsan = {"pyramid_15", "hull_pit_2000"};
+
+Scenes scenes_of_runs() {
+  Scenes scenes = scenes_of_all({}, {});
+  scenes.verify = {"four_bodies", "degenerate", "assorted", "soup_10", "castle_hit"};
+  return scenes;
+}
+
+const Register step{
+    {.name = "rigid/step",
+     .place = 17,
+     .serial_forms = {"original", "batches"},
+     .forms = {{.name = "original",
+                .make = [](const std::string& path) { return step_case(path, serial::step_original, openmp::step_original); },
+                .scenes = scenes_of_all(settled, for_tsan)},
+               {.name = "batches",
+                .make = [](const std::string& path) { return step_case(path, serial::step_batches, openmp::step_batches); },
+                .scenes = scenes_of_all(and_castle, for_tsan)},
+               {.name = "batches_run",
+                .make = [](const std::string& path) { return run_case(path, serial::step_batches, openmp::step_batches); },
+                .scenes = scenes_of_runs(),
+                .covered_by = "batches"}}}};
+
+}  // namespace
+}  // namespace lockstep::verify
