@@ -1,5 +1,5 @@
-// Morton codes: the bits of three coordinates in turn, so that points whose codes are near are mostly near each other. For T an int32 or
-// intv.
+// Morton codes: the bits of three coordinates in turn, so that points whose codes are near are mostly near each other. T is
+// int32 or intv.
 #pragma once
 
 #include "common/math.h"
@@ -10,7 +10,7 @@ namespace lockstep::spatial {
 inline constexpr int morton_bits = 30;
 inline constexpr int morton_cells = 1 << morton_bits / 3;  // along an axis
 
-// Two zeros between every two bits of x, 0 <= x < 1024.
+// Puts two zeros between every two bits of x, 0 <= x < 1024.
 template <class T>
 inline T spread_bits(T x) {
   x = (x | x << 16) & 0x030000ff;
@@ -24,7 +24,7 @@ inline T morton_code(T x, T y, T z) {
   return spread_bits(x) << 2 | spread_bits(y) << 1 | spread_bits(z);
 }
 
-// Cells to the metre of a box around all points: of its longest side.
+// Cells to the metre for points in a box: its longest side has them all.
 template <class Real>
 inline Real morton_scale(const Box<Real>& extent) {
   const Vector3<Real> sides = extent.high - extent.low;
@@ -32,11 +32,13 @@ inline Real morton_scale(const Box<Real>& extent) {
   return longest > 0 ? (morton_cells - 1) / longest : 0;
 }
 
-// Of a point in a cube that begins at `low`, cut into morton_cells along each side; `scale` is of them to the metre.
+// The code of a point in a cube that begins at `low` and is cut into morton_cells along each side; `scale` is cells to the metre. A
+// point at infinity, where scale is 0 and the product NaN, gets the last cell.
 template <class T>
 inline auto morton_code(const Vector3<T>& point, const Vector3<T>& low, T scale) {
   const Vector3<T> cell = scale * (point - low);
-  return morton_code(to_int(cell.x), to_int(cell.y), to_int(cell.z));
+  const T last = T(morton_cells - 1);
+  return morton_code(to_int(min(cell.x, last)), to_int(min(cell.y, last)), to_int(min(cell.z, last)));
 }
 
 }  // namespace lockstep::spatial

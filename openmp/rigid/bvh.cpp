@@ -13,6 +13,7 @@
 #include "common/math.h"
 #include "common/real.h"
 #include "common/rigid/broad_phase.h"
+#include "common/rigid/limits.h"
 #include "common/simd.h"
 #include "openmp/rigid/arranged.h"
 #include "openmp/spatial/boxes.h"
@@ -62,6 +63,7 @@ void bvh_pairs(const Tree<Real>& tree, const Bounds<Real>& bounds, std::span<con
       });
     });
   }
+  require_contacts_fit(count_pairs(*found), pairs.capacity());
   order_pairs(bounds.count, *found, pairs);
 }
 

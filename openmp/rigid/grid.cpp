@@ -19,6 +19,7 @@
 #include "common/math.h"
 #include "common/real.h"
 #include "common/rigid/broad_phase.h"
+#include "common/rigid/limits.h"
 #include "common/spatial/wrapped_grid.h"
 #include "common/simd.h"
 #include "openmp/spatial/boxes.h"
@@ -146,6 +147,7 @@ void grid(const Bounds<Real>& bounds, std::span<const std::int32_t> group, Pairs
     if (large < n) note(std::max(k + 1, large), n);
     if (noted > 0) meet_first(noted);
   });
+  require_contacts_fit(count_pairs(found), pairs.capacity());
   order_pairs(bounds.count, found, pairs);
 }
 

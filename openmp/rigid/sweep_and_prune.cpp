@@ -15,6 +15,7 @@
 #include "common/math.h"
 #include "common/real.h"
 #include "common/rigid/broad_phase.h"
+#include "common/rigid/limits.h"
 #include "common/spatial/sweep.h"
 #include "common/simd.h"
 #include "openmp/rigid/arranged.h"
@@ -29,30 +30,18 @@ namespace {
 using namespace spatial;
 using namespace spatial::openmp;
 
-// The sum of term(box) over the boxes; block by block, whoever sums a block.
-template <class Term>
-Vector3<Real> sum_in_blocks(const Bounds<Real>& bounds, const Term& term) {
-  std::vector<Vector3<Real>> parts((bounds.count + sum_block - 1) / sum_block);
-  // Every block is one thread's.
-#pragma omp parallel for schedule(static)
-  for (int first = 0; first < bounds.count; first += sum_block) {
-    const int last = std::min(first + sum_block, bounds.count);
-    Vector3<Real> part = {0, 0, 0};
-    for (int i = first; i < last; ++i)
-      if (bounds.bounded(i)) part = part + term(bounds.box(i));
-    parts[first / sum_block] = part;
-  }
-  Vector3<Real> sum = {0, 0, 0};
-  for (const Vector3<Real>& part : parts) sum = sum + part;
-  return sum;
-}
-
 // The axis on which the centres have the greatest variance.
-int widest_axis(const Bounds<Real>& bounds) {
-  const Vector3<Real> n = sum_in_blocks(bounds, [](const Box<Real>&) { return Vector3<Real>{1, 1, 1}; });
-  const Vector3<Real> sum = sum_in_blocks(bounds, [](const Box<Real>& box) { return twice_centre(box); });
-  const Vector3<Real> mean = 1 / max(n.x, Real(1)) * sum;
-  return greatest(sum_in_blocks(bounds, [&](const Box<Real>& box) { return squares(twice_centre(box) - mean); }));
+int sweep_axis(const Bounds<Real>& bounds) {
+  std::vector<Vector3<Real>> parts((bounds.count + sum_block - 1) / sum_block);
+  return widest_axis<Real>([&](const auto& term) {
+    // Every block is one thread's, and has a sum of its own.
+#pragma omp parallel for schedule(static)
+    for (int first = 0; first < bounds.count; first += sum_block)
+      parts[first / sum_block] = sum_of_block(bounds, first, term);
+    Vector3<Real> sum = {0, 0, 0};
+    for (const Vector3<Real>& part : parts) sum = sum + part;
+    return sum;
+  });
 }
 
 // Colliders by their lower ends, equal ones by number.
@@ -66,9 +55,10 @@ void sort_by_low(const Bounds<Real>& bounds, int axis, std::vector<std::int32_t>
 void sweep(const Bounds<Real>& bounds, std::span<const std::int32_t> group, const SweepOrder& state, Pairs& pairs) {
   const int u = (state.axis + 1) % 3, v = (state.axis + 2) % 3;
   const Arranged& sorted = arrange(bounds, group, state.order);
+  const int n = sorted.count;
 
   // Boxes are only read, what is found goes to a thread's own list.
-  const std::vector<PairList>& found = collect((sorted.count + lanes - 1) / lanes, 4, [&](int block, PairList& mine) {
+  const std::vector<PairList>& found = collect((n + lanes - 1) / lanes, 4, [&](int block, PairList& mine) {
     const Vectors<Real>&lows = sorted.boxes.low, &highs = sorted.boxes.high;
     const Real *const low = along(lows, state.axis).data(), *const high = along(highs, state.axis).data();
     const Real *const low_u = along(lows, u).data(), *const high_u = along(highs, u).data();
@@ -86,18 +76,20 @@ void sweep(const Bounds<Real>& bounds, std::span<const std::int32_t> group, cons
     const auto begun = [&](int j) { return [=, begin = load(low + j)](int k) { return begin <= high[k]; }; };
     meet(first, [&, begun = begun(first)](int k) { return begun(k) & ~first_lanes(k - first + 1); });
     int j = last;
-    // As long as all sixteen begin before any of the block ends, the axis has nothing more to say.
+    // While all 16 candidates start before the first box of the block ends, they overlap every box of the block on the sweep axis: skip
+    // that test. A box may end at infinity, where the padding behind the last box starts, so j is compared with n, too.
     const Real first_end = reduce_min(load(high + first)), last_end = reduce_max(load(high + first));
-    for (; low[j + lanes - 1] <= first_end; j += lanes) meet(j, [](int) { return first_lanes(lanes); });
-    for (; low[j] <= last_end; j += lanes) meet(j, begun(j));  // what is beyond the last box begins at infinity
+    for (; j < n && low[j + lanes - 1] <= first_end; j += lanes) meet(j, [](int) { return first_lanes(lanes); });
+    for (; j < n && low[j] <= last_end; j += lanes) meet(j, begun(j));
   });
+  require_contacts_fit(count_pairs(found), pairs.capacity());
   order_pairs(bounds.count, found, pairs);
 }
 
 }  // namespace
 
 void sweep_and_prune_batch(const Bounds<Real>& bounds, std::span<const std::int32_t> group, SweepOrder& state, Pairs& pairs) {
-  state.axis = widest_axis(bounds);
+  state.axis = sweep_axis(bounds);
   sort_by_low(bounds, state.axis, state.order);
   sweep(bounds, group, state, pairs);
 }

@@ -8,6 +8,7 @@
 #include "common/math.h"
 #include "common/real.h"
 #include "common/rigid/broad_phase.h"
+#include "common/rigid/limits.h"
 #include "common/spatial/order_pairs.h"
 
 namespace lockstep::rigid::serial {
@@ -29,7 +30,7 @@ void descend(const Tree<Real>& tree, std::span<const std::int32_t> group, int le
       if (level > 1) {
         descend(tree, group, level - 1, i, j, pairs);
       } else if (group[tree.order[i]] != group[tree.order[j]]) {
-        pairs.push_back(make_pair(tree.order[i], tree.order[j]));
+        add_pair(pairs, make_pair(tree.order[i], tree.order[j]));
       }
     }
   }
@@ -38,8 +39,10 @@ void descend(const Tree<Real>& tree, std::span<const std::int32_t> group, int le
 }  // namespace
 
 void bvh_pairs(const Tree<Real>& tree, const Bounds<Real>& bounds, std::span<const std::int32_t> group, Pairs& pairs) {
+  const std::size_t room = pairs.capacity();
   pairs.clear();
   if (tree.levels() > 1) descend(tree, group, tree.levels() - 1, 0, 0, pairs);
+  require_contacts_fit(pairs.size(), room);
   order_pairs(bounds.count, pairs);
 }
 

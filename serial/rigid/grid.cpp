@@ -12,9 +12,11 @@
 // common/rigid/broad_phase.h.
 #include <algorithm>
 
+#include "common/counting_sort.h"
 #include "common/math.h"
 #include "common/real.h"
 #include "common/rigid/broad_phase.h"
+#include "common/rigid/limits.h"
 #include "common/spatial/order_pairs.h"
 #include "common/spatial/wrapped_grid.h"
 
@@ -54,13 +56,15 @@ void fill_table(const Bounds<Real>& bounds, const WrappedGrid<Real>& grid, Real 
     const Box<Real> box = bounds.box(i);
     return longest_side(box) <= size ? hash(grid, cell_at(grid, box.low)) : grid.cells();
   };
-  table.begin.assign(grid.cells() + 3, 0);  // at first begin[h + 2] counts h
-  for (int i = 0; i < bounds.count; ++i)
-    if (bounds.bounded(i)) ++table.begin[hash_of(i) + 2];
-  for (int h = 0; h <= grid.cells(); ++h) table.begin[h + 2] += table.begin[h + 1];
+  table.order.resize(bounds.count);
+  stable_counting_sort(
+      grid.cells() + 1,
+      [&](const auto& visit) {
+        for (int i = 0; i < bounds.count; ++i)
+          if (bounds.bounded(i)) visit(i, hash_of(i));
+      },
+      [&](int i, int place) { table.order[place] = i; }, table.begin);
   table.order.resize(table.begin.back());
-  for (int i = 0; i < bounds.count; ++i)
-    if (bounds.bounded(i)) table.order[table.begin[hash_of(i) + 1]++] = i;
 }
 
 }  // namespace
@@ -76,16 +80,18 @@ void grid(const Bounds<Real>& bounds, std::span<const std::int32_t> group, Pairs
   sorted.resize(n);
   for (int k = 0; k < n; ++k) sorted.set(k, bounds.box(order[k]));
 
+  const std::size_t room = pairs.capacity();
   pairs.clear();
   for (int k = 0; k < n; ++k) {
     const Box<Real> box = sorted.box(k);
     const auto meet = [&](int first, int last) {
       for (int j = first; j < last; ++j)
-        if (overlap(box, sorted.box(j)) && group[order[k]] != group[order[j]]) pairs.push_back(make_pair(order[k], order[j]));
+        if (overlap(box, sorted.box(j)) && group[order[k]] != group[order[j]]) add_pair(pairs, make_pair(order[k], order[j]));
     };
     if (k < large) for_each_forward_run(grid, begin.data(), cell_at(grid, box.low), k, meet);
     meet(std::max(k + 1, large), n);
   }
+  require_contacts_fit(pairs.size(), room);
   order_pairs(bounds.count, pairs);
 }
 

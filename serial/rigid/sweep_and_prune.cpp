@@ -16,6 +16,7 @@
 #include "common/math.h"
 #include "common/real.h"
 #include "common/rigid/broad_phase.h"
+#include "common/rigid/limits.h"
 #include "common/spatial/order_pairs.h"
 #include "common/spatial/sweep.h"
 
@@ -24,26 +25,13 @@ namespace {
 
 using namespace spatial;
 
-// The sum of term(box) over the boxes; block by block, as openmp/ can do it, too.
-template <class Term>
-Vector3<Real> sum_in_blocks(const Bounds<Real>& bounds, const Term& term) {
-  Vector3<Real> sum = {0, 0, 0};
-  for (int first = 0; first < bounds.count; first += sum_block) {
-    const int last = std::min(first + sum_block, bounds.count);
-    Vector3<Real> part = {0, 0, 0};
-    for (int i = first; i < last; ++i)
-      if (bounds.bounded(i)) part = part + term(bounds.box(i));
-    sum = sum + part;
-  }
-  return sum;
-}
-
 // The axis on which the centres have the greatest variance.
-int widest_axis(const Bounds<Real>& bounds) {
-  const Vector3<Real> n = sum_in_blocks(bounds, [](const Box<Real>&) { return Vector3<Real>{1, 1, 1}; });
-  const Vector3<Real> sum = sum_in_blocks(bounds, [](const Box<Real>& box) { return twice_centre(box); });
-  const Vector3<Real> mean = 1 / max(n.x, Real(1)) * sum;
-  return greatest(sum_in_blocks(bounds, [&](const Box<Real>& box) { return squares(twice_centre(box) - mean); }));
+int sweep_axis(const Bounds<Real>& bounds) {
+  return widest_axis<Real>([&](const auto& term) {
+    Vector3<Real> sum = {0, 0, 0};
+    for (int first = 0; first < bounds.count; first += sum_block) sum = sum + sum_of_block(bounds, first, term);
+    return sum;
+  });
 }
 
 // Colliders by their lower ends, equal ones by number.
@@ -90,26 +78,28 @@ void sweep(const Bounds<Real>& bounds, std::span<const std::int32_t> group, cons
   const Real *const low_u = along(sorted.low, u).data(), *const high_u = along(sorted.high, u).data();
   const Real *const low_v = along(sorted.low, v).data(), *const high_v = along(sorted.high, v).data();
 
+  const std::size_t room = pairs.capacity();
   pairs.clear();
   for (int k = 0; k < n; ++k)
     for (int j = k + 1; j < n && low[j] <= high[k]; ++j) {
       // Not &&: half the candidates pass each test, which no branch could foresee.
       const bool hit = (low_u[j] <= high_u[k]) & (low_u[k] <= high_u[j]) & (low_v[j] <= high_v[k]) & (low_v[k] <= high_v[j]);
-      if (hit && group[order[k]] != group[order[j]]) pairs.push_back(make_pair(order[k], order[j]));
+      if (hit && group[order[k]] != group[order[j]]) add_pair(pairs, make_pair(order[k], order[j]));
     }
+  require_contacts_fit(pairs.size(), room);
   order_pairs(bounds.count, pairs);
 }
 
 }  // namespace
 
 void sweep_and_prune_batch(const Bounds<Real>& bounds, std::span<const std::int32_t> group, SweepOrder& state, Pairs& pairs) {
-  state.axis = widest_axis(bounds);
+  state.axis = sweep_axis(bounds);
   sort_by_low(bounds, state.axis, state.order);
   sweep(bounds, group, state, pairs);
 }
 
 void sweep_and_prune_incremental(const Bounds<Real>& bounds, std::span<const std::int32_t> group, SweepOrder& state, Pairs& pairs) {
-  const int axis = widest_axis(bounds);
+  const int axis = sweep_axis(bounds);
   if (axis == state.axis && is_complete(bounds, state.order)) {
     mend(along(bounds.low, axis), state.order);
   } else {
