@@ -1,12 +1,13 @@
 // The stable counting sort of a team of threads. In sequence: common/counting_sort.h.
 //
-// Each thread counts the keys of its own share of the elements. An exclusive scan over the keys and, within a key, over the
-// threads in order says where a thread's first element of each key goes. Then each thread moves its own elements. Shares are
-// contiguous and taken in order, so the sort is stable and its result does not depend on the number of threads.
+// Each thread counts the keys of its own share of the elements. An exclusive scan over the keys and, within a key, over
+// the threads in order says where a thread's first element of each key goes. Then each thread moves its own elements.
+// Shares are contiguous and taken in order, so the sort is stable and its result does not depend on the number of
+// threads.
 //
-// With few keys every thread does the whole scan for itself, which is quicker than a barrier, and works in local arrays, which is
-// quicker than in shared memory (a radix sort of 10,000 takes 82 us instead of 91). With many keys the threads share the scan
-// out. The counts take threads x keys x 4 bytes either way.
+// With few keys every thread does the whole scan for itself, which is quicker than a barrier, and works in local
+// arrays, which is quicker than in shared memory (a radix sort of 10,000 takes 82 us instead of 91). With many keys the
+// threads share the scan out. The counts take threads x keys x 4 bytes either way.
 //
 // Source: Blelloch, Prefix Sums and Their Applications (1990); Satish, Harris and Garland, Designing Efficient Sorting
 // Algorithms for Manycore GPUs (2009).
@@ -34,8 +35,8 @@ class CountingSort {
         counts_(std::make_unique_for_overwrite<std::int32_t[]>(pitch_ * omp_get_max_threads())),
         totals_(std::make_unique_for_overwrite<std::int32_t[]>(omp_get_max_threads())) {}
 
-  // Sorts once. All threads of a team call it, each with its own elements: for_each and put are as in common/counting_sort.h.
-  // begin is null or has keys + 1 elements, which the team fills.
+  // Sorts once. All threads of a team call it, each with its own elements: for_each and put are as in
+  // common/counting_sort.h. begin is null or has keys + 1 elements, which the team fills.
   //
   // A barrier must follow before a thread reads what others put, or begin, or sorts again.
   template <class ForEach, class Put>
@@ -73,8 +74,8 @@ class CountingSort {
 
   std::int32_t* of_thread(int thread) const { return counts_.get() + pitch_ * thread; }
 
-  // Where the calling thread's first element of each key goes: behind all elements of lesser keys, and behind those of the
-  // threads before it.
+  // Where the calling thread's first element of each key goes: behind all elements of lesser keys, and behind those of
+  // the threads before it.
   Few places(std::int32_t* begin) const {
     const int thread = omp_get_thread_num();
     Few all = {}, place = {};
@@ -91,8 +92,8 @@ class CountingSort {
     return place;
   }
 
-  // The same for all threads, in place of the counts. Each thread scans its own share of the keys, and adds what stands before
-  // that share; the barriers stand between one thread's writing and another's reading.
+  // The same for all threads, in place of the counts. Each thread scans its own share of the keys, and adds what stands
+  // before that share; the barriers stand between one thread's writing and another's reading.
   void turn_into_places(std::int32_t* begin) {
     const int thread = omp_get_thread_num(), threads = omp_get_num_threads();
     const Share mine = my_share(keys_);

@@ -28,7 +28,8 @@ class Failure {
     }
   }
 
-  // Whether any guarded work has thrown. All threads get the same answer behind a barrier that follows the guarded work.
+  // Whether any guarded work has thrown. All threads get the same answer behind a barrier that follows the guarded
+  // work.
   bool happened() const { return happened_.load(std::memory_order_acquire); }
 
   // Throws what was kept, if anything was. Call it outside the region: its end makes the kept exception visible here.

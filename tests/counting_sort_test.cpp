@@ -29,7 +29,7 @@ TEST(CountingSort, IsStableAtEveryThreadCount) {
       std::ranges::stable_sort(expected, {}, &Element::key);
       std::vector<std::int32_t> expected_begin(keys + 1);
       for (int key = 0; key <= keys; ++key)
-        expected_begin[key] = static_cast<std::int32_t>(std::ranges::lower_bound(expected, key, {}, &Element::key) - expected.begin());
+        expected_begin[key] = std::ranges::lower_bound(expected, key, {}, &Element::key) - expected.begin();
 
       std::vector<Element> sorted(n);
       std::vector<std::int32_t> begin;
@@ -56,7 +56,8 @@ TEST(CountingSort, IsStableAtEveryThreadCount) {
                 [&](const auto& visit) {
                   for (int i = mine.begin; i < mine.end; ++i) visit(elements[i], elements[i].key);
                 },
-                [&](const Element& element, int place) { sorted[place] = element; }, wants_begin ? begin.data() : nullptr);
+                [&](const Element& element, int place) { sorted[place] = element; },
+                wants_begin ? begin.data() : nullptr);
           }
           EXPECT_EQ(sorted, expected);
           EXPECT_EQ(begin, expected_begin);

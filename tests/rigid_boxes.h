@@ -77,8 +77,8 @@ inline Boxes random_scene(Random& random, int count) {
     switch (places) {
       case 0: return offset;                                                                         // all in one place
       case 1: return offset + static_cast<float>(random.integer(-5, 5));                             // on a lattice
-      case 2: return offset + random.real(-1, 1) * random.real(-1, 1) * extent;                      // denser in the middle
-      case 3: return random.chance(.05f) ? random.real(-1e6f, 1e6f) : random.real(-extent, extent);  // some far away
+      case 2: return offset + random.real(-1, 1) * random.real(-1, 1) * extent;  // denser in the middle
+      case 3: return random.chance(.05f) ? random.real(-1e6f, 1e6f) : random.real(-extent, extent);  // some far
       default: return offset + random.real(-extent, extent);
     }
   };
@@ -99,13 +99,15 @@ inline Boxes random_scene(Random& random, int count) {
       continue;
     }
     // Zero of either sign.
-    const Vector3<float> low = {random.chance(.02f) ? -0.f : position(), position(), random.chance(.02f) ? 0.f : position()};
+    const Vector3<float> low = {random.chance(.02f) ? -0.f : position(), position(),
+                                random.chance(.02f) ? 0.f : position()};
     add(scene, {low, {low.x + side(), low.y + side(), low.z + side()}}, group);
   }
   return scene;
 }
 
-// n boxes side by side in a cube and a little larger than their places, each of which overlaps its neighbours; shuffled.
+// n boxes side by side in a cube and a little larger than their places, each of which overlaps its neighbours;
+// shuffled.
 inline Boxes pile(Random& random, int side) {
   std::vector<Box<float>> boxes;
   for (int x = 0; x < side; ++x)
@@ -228,14 +230,16 @@ inline Quaternion<double> random_rotation(Random& random) {
 }
 
 inline Pose<double> random_pose(Random& random, float extent) {
-  return {{random.real(-extent, extent), random.real(-extent, extent), random.real(-extent, extent)}, random_rotation(random), 0};
+  const auto coordinate = [&] { return random.real(-extent, extent); };
+  return {{coordinate(), coordinate(), coordinate()}, random_rotation(random), 0};
 }
 
 // Colliders of all kinds, planes of which some are not level.
 inline World<double> random_world(Random& random, int bodies, float extent, float planes) {
   World<double> world = make_world();
   std::vector<Vector3<double>> points;
-  for (int k = 0; k < 30; ++k) points.push_back({random.real(0, 2), random.real(-1, 1), random.real(-3, 0)});  // not around its origin
+  // Not around its origin.
+  for (int k = 0; k < 30; ++k) points.push_back({random.real(0, 2), random.real(-1, 1), random.real(-3, 0)});
   const int hull = make_hull(world.hulls, points);
   for (int k = 0; k < bodies; ++k) {
     begin_body(world, random_pose(random, extent));

@@ -1,5 +1,5 @@
-// Crowds: pairs are quadratic in the bodies of one place. What does not fit the memory is refused in words, also within parallel
-// regions.
+// Crowds: pairs are quadratic in the bodies of one place. What does not fit the memory is refused in words, also within
+// parallel regions.
 #include "common/rigid/limits.h"
 
 #include <sys/resource.h>
@@ -98,7 +98,8 @@ TEST_F(RigidCrowd, IsRefusedInOneLine) {
   for (int i = 0; i < 6000; ++i) text += "[[body]]\nsphere = 0.5\nmass = 1\n";
   const std::string spheres = scene(text);
   for (const char* variant : {"serial", "openmp"}) {
-    const Outcome outcome = end_of(start({"run", "--scene", spheres, "--variant", variant, "--out", path("frames")}, [] {
+    const std::vector<std::string> run = {"run", "--scene", spheres, "--variant", variant, "--out", path("frames")};
+    const Outcome outcome = end_of(start(run, [] {
       const rlimit limit = {500'000 * 1024, 500'000 * 1024};
       setrlimit(RLIMIT_AS, &limit);
     }));

@@ -1,5 +1,5 @@
-// Pairs of colliders, as all broad phases find them: every pair of bounded colliders whose boxes overlap or touch and whose
-// groups differ, once, ordered by a and then by b. Colliders without bounds (planes) are left to plane_pairs.
+// Pairs of colliders, as all broad phases find them: every pair of bounded colliders whose boxes overlap or touch and
+// whose groups differ, once, ordered by a and then by b. Colliders without bounds (planes) are left to plane_pairs.
 #pragma once
 
 #include "common/spatial/pairs.h"

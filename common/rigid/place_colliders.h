@@ -1,7 +1,8 @@
-// Contract: moves colliders to where their bodies are, and puts a box along the world's axes around each, for the broad phase.
+// Contract: moves colliders to where their bodies are, and puts a box along the world's axes around each, for the broad
+// phase.
 //
-// The box is the smallest that holds the collider, widened by `margin`, m, on every side. A plane has no bounds: its box is
-// whole_space.
+// The box is the smallest that holds the collider, widened by `margin`, m, on every side. A plane has no bounds: its
+// box is whole_space.
 //
 // In: world.bodies.pose, world.colliders, world.hulls. Out: placed[collider] and bounds[collider], resized.
 // Source: [LRB08] Figure 5, "the bounding volume of each object along its axis".

@@ -1,5 +1,5 @@
-// Morton codes: the bits of three coordinates in turn, so that points whose codes are near are mostly near each other. T is
-// int32 or intv.
+// Morton codes: the bits of three coordinates in turn, so that points whose codes are near are mostly near each other.
+// T is int32 or intv.
 #pragma once
 
 #include "common/math.h"
@@ -32,8 +32,8 @@ inline Real morton_scale(const Box<Real>& extent) {
   return longest > 0 ? (morton_cells - 1) / longest : 0;
 }
 
-// The code of a point in a cube that begins at `low` and is cut into morton_cells along each side; `scale` is cells to the metre. A
-// point at infinity, where scale is 0 and the product NaN, gets the last cell.
+// The code of a point in a cube that begins at `low` and is cut into morton_cells along each side; `scale` is cells to
+// the metre. A point at infinity, where scale is 0 and the product NaN, gets the last cell.
 template <class T>
 inline auto morton_code(const Vector3<T>& point, const Vector3<T>& low, T scale) {
   const Vector3<T> cell = scale * (point - low);

@@ -10,8 +10,8 @@ namespace lockstep::spatial {
 
 // Orders pairs by a and then by b. Pairs are of elements 0 .. elements - 1.
 //
-// A counting sort by a; the few pairs that share an a are then sorted by b. (std::sort of a million pairs takes four times as
-// long.)
+// A counting sort by a; the few pairs that share an a are then sorted by b. (std::sort of a million pairs takes four
+// times as long.)
 inline void order_pairs(int elements, Pairs& pairs) {
   std::vector<std::int32_t> begin;  // [a]
   Pairs sorted(pairs.size());

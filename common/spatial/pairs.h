@@ -19,8 +19,8 @@ using Pairs = std::vector<Pair>;
 // Pairs are counted in int32. Half of its range leaves room for padding.
 inline constexpr double max_pairs = 1 << 30;
 
-// To be asked before an array of pairs grows from `room` pairs: throws InputError if `pairs` are more than max_pairs, or than fit
-// the memory that is available.
+// To be asked before an array of pairs grows from `room` pairs: throws InputError if `pairs` are more than max_pairs,
+// or than fit the memory that is available.
 void require_pairs_fit(double pairs, double room);
 
 // Appends a pair. Throws as require_pairs_fit does.

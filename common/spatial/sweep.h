@@ -27,8 +27,8 @@ Vector3<Real> sum_of_block(const Bounds<Real>& bounds, int first, const Term& te
   return sum;
 }
 
-// The axis on which the centres of boxes have the greatest variance, the first of equals. sum(term) is the sum of term(box) over
-// all bounded boxes: the sums of the blocks, added up in order.
+// The axis on which the centres of boxes have the greatest variance, the first of equals. sum(term) is the sum of
+// term(box) over all bounded boxes: the sums of the blocks, added up in order.
 template <class Real, class Sum>
 int widest_axis(const Sum& sum) {
   const auto twice_centre = [](const Box<Real>& box) { return box.low + box.high; };

@@ -1,19 +1,19 @@
 // Contract: a bounding volume hierarchy over boxes, built or fitted.
 //
-// The tree has sixteen boxes to a node and no pointers. The bounded elements are put in an order in which neighbours are near
-// each other. Level 0 holds their boxes in that order. Box i of each further level is the smallest around boxes
-// 16 i .. 16 i + 15 of the level below. The last level has one box, the root. Each level is padded with empty boxes to whole
-// nodes, so that a node is always sixteen boxes side by side.
+// The tree has sixteen boxes to a node and no pointers. The bounded elements are put in an order in which neighbours
+// are near each other. Level 0 holds their boxes in that order. Box i of each further level is the smallest around
+// boxes 16 i .. 16 i + 15 of the level below. The last level has one box, the root. Each level is padded with empty
+// boxes to whole nodes, so that a node is always sixteen boxes side by side.
 //
 //     level 2                          0
 //     level 1      0         1        2       ...        15
 //     level 0   0 .. 15  16 .. 31  32 .. 47         240 .. 255    <- order[0] .. order[255]
 //
-//   bvh_build  makes the tree from nothing: the order is that of the Morton codes of the boxes' centres, equal ones by number
+//   bvh_build  makes the tree from nothing: in the order of the Morton codes of the boxes' centres, equal ones by number
 //   bvh_refit  keeps the order of a tree that bvh_build made over the same elements, and makes its boxes anew
 //
-// In: bounds. Out: tree, resized; it is owned by the caller. Zeros in its boxes are positive.
-// Source: [ITJ07] on the broad phase; Lauterbach et al., Fast BVH Construction on GPUs, Computer Graphics Forum 28 (2009).
+// In: bounds. Out: tree, resized; it is owned by the caller. Zeros in its boxes are positive. Source: [ITJ07] on the
+// broad phase; Lauterbach et al., Fast BVH Construction on GPUs, Computer Graphics Forum 28 (2009).
 #pragma once
 
 #include <cstdint>

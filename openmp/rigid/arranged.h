@@ -17,7 +17,8 @@ struct Arranged {
   Array<std::int32_t> collider, group;
 };
 
-// The colliders that stand in `order`. The calling thread's own, kept from call to call (openmp/spatial/workspace.h says why).
+// The colliders that stand in `order`. The calling thread's own, kept from call to call (openmp/spatial/workspace.h
+// says why).
 inline const Arranged& arrange(const Bounds<float>& bounds, std::span<const std::int32_t> group,
                                std::span<const std::int32_t> order) {
   thread_local Arranged kept;

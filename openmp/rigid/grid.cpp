@@ -1,19 +1,20 @@
-// A uniform grid: boxes of like size are put into cells, and only those of neighbouring cells are looked at.
+// A uniform grid: boxes of like size are put into cells, and only boxes of neighbouring cells are tested.
 //
-// Every box is in one cell, that of its low corner, and meets the boxes after it in that cell and those of 13 of the 26 cells around: of
-// two cells, one looks at the other. So every pair is met once, and there are no duplicates to remove. How many cells, how they are hashed
-// and why that is enough: common/spatial/wrapped_grid.h.
+// Every box is in one cell, that of its low corner. It meets the boxes after it in that cell and the boxes of 13 of the
+// 26 cells around: of two neighbouring cells, one looks at the other. So every pair is met once, and there are no
+// duplicates to remove. common/spatial/wrapped_grid.h says how many cells there are, how they are hashed and why that
+// finds all pairs.
 //
-// Cells must be as large as the largest box in them, and a few large boxes would make them too large for all the others. So those
-// longer than twice a size that most keep to are kept apart, in a list at the end of the table, which every box meets. Where sizes differ
-// so much that many are large, a tree does better.
+// Cells must be as large as the largest box in them, and a few large boxes would make them too large for all others. So
+// boxes longer than twice a typical size are kept apart, in a list at the end of the table that every box meets. Where
+// sizes differ so much that many boxes are large, a tree is faster.
 //
-// The table is sorted in parallel; then the boxes are independent. Cells of a row are side by side in memory, but the runs that they make
-// are mostly far shorter than a vector. So a box first notes the candidates of all its runs, and lanes meet sixteen of them at a time, each
-// loading the whole record of its own.
+// The table is sorted in parallel; then the boxes are independent. Cells of a row are side by side in memory, but the
+// runs of boxes in them are mostly far shorter than a vector. So a box first notes the candidates of all its runs;
+// lanes then test sixteen of them at a time, each loading the whole record of its own.
 //
-// Source: Teschner et al., Optimized Spatial Hashing, VMV 2003; Ericson, Real-Time Collision Detection (2005), 7.1. The contract stands in
-// common/rigid/broad_phase.h.
+// Source: Teschner et al., Optimized Spatial Hashing, VMV 2003; Ericson, Real-Time Collision Detection (2005), 7.1. The
+// contract stands in common/rigid/broad_phase.h.
 #include <algorithm>
 
 #include "common/math.h"
@@ -33,7 +34,7 @@ namespace {
 using namespace spatial;
 using namespace spatial::openmp;
 
-// Of the boxes no longer than a limit: how many, the longest of their sides, and where their low corners are.
+// The boxes no longer than a limit: their number, their longest side, and the box around their low corners.
 struct Survey {
   int boxes = 0;
   Real size = 0;
@@ -47,7 +48,7 @@ Survey survey(const Bounds<Real>& bounds, Real limit) {
     int boxes = 0;
     floatv longest = 0.f;
     Box<floatv> corners = in_all_lanes(empty_box<Real>);
-    // A thread surveys what it has seen; counts, least and greatest are the same in any order.
+    // Each thread surveys the boxes it has seen; counts, minima and maxima do not depend on the order.
 #pragma omp for schedule(static) nowait
     for (int i = 0; i < bounds.count; i += lanes) {
       const Box<floatv> box = load_boxes(bounds, i);
@@ -68,7 +69,7 @@ Survey survey(const Bounds<Real>& bounds, Real limit) {
   return found;
 }
 
-// Eight numbers of four bytes, which lanes load at once.
+// Eight words, which load_records loads at once.
 struct alignas(32) Entry {
   Vector3<Real> low;
   std::int32_t collider;
@@ -76,23 +77,26 @@ struct alignas(32) Entry {
   std::int32_t group;
 };
 
-// Colliders that have bounds in the order of the table, those of hash h from begin[h] on, equal ones by number; large ones as if their hash
-// were grid.cells(). Sixteen entries more may be loaded.
+// The bounded colliders sorted by hash, equal ones by number. Those of hash h begin at begin[h]. Large ones have hash
+// grid.cells(). Sixteen entries may be loaded from any on.
 struct Table {
   std::vector<std::int32_t> order, begin;
   Array<Entry> entries;
 };
 
-void fill_table(const Bounds<Real>& bounds, std::span<const std::int32_t> group, const WrappedGrid<Real>& grid, Real size, Table& table) {
+void fill_table(const Bounds<Real>& bounds, std::span<const std::int32_t> group, const WrappedGrid<Real>& grid,
+                Real size, Table& table) {
   const auto hash_of = [&](int i) {
     const Box<Real> box = bounds.box(i);
     return longest_side(box) <= size ? hash(grid, cell_at(grid, box.low)) : grid.cells();
   };
-  const std::span<const Keyed> sorted = sort_by_key(bounds, grid.bits.x + grid.bits.y + grid.bits.z + 1, hash_of, table.order);
+  const int bits = grid.bits.x + grid.bits.y + grid.bits.z + 1;
+  const std::span<const Keyed> sorted = sort_by_key(bounds, bits, hash_of, table.order);
   const int n = static_cast<int>(sorted.size());
   table.begin.resize(grid.cells() + 2);
   table.entries.resize(padded(n));
-  // Where box k is the first of its hash, whoever has k says where that hash begins, and with it the empty ones before it.
+  // Every k is one thread's. If box k is the first of its hash, its thread sets where that hash and the empty ones
+  // before it begin.
 #pragma omp parallel for schedule(static)
   for (int k = 0; k <= n; ++k) {
     const int last = k < n ? static_cast<int>(sorted[k].key) : grid.cells() + 1;
@@ -115,11 +119,12 @@ void grid(const Bounds<Real>& bounds, std::span<const std::int32_t> group, Pairs
   const Entry* const entries = table.entries.data();
   const int n = static_cast<int>(table.order.size()), large = begin[grid.cells()];
 
-  // Boxes are only read, what is found goes to a thread's own list.
+  // Boxes are only read; the pairs that a thread finds go to its own list.
   const std::vector<PairList>& found = collect(n, 64, [&](int k, PairList& mine) {
     const Entry& own = entries[k];
     const Box<floatv> box = in_all_lanes(Box<Real>{own.low, own.high});
-    alignas(array_alignment) std::int32_t candidates[2 * lanes] = {};  // lanes beyond those noted load what was there, and do not count
+    // Lanes beyond those noted load an older candidate and are masked.
+    alignas(array_alignment) std::int32_t candidates[2 * lanes] = {};
     int noted = 0;
     const auto meet_first = [&](int count) {
       const Records r = load_records(&entries->low.x, candidates);
@@ -127,9 +132,10 @@ void grid(const Bounds<Real>& bounds, std::span<const std::int32_t> group, Pairs
       const maskv hit = first_lanes(count) & overlap(box, other);
       if (none(hit)) return;
       const intv collider = bits_of(r.field[3]), group_of_other = bits_of(r.field[7]);
-      add(mine, hit & (group_of_other != own.group), min(intv(own.collider), collider), max(intv(own.collider), collider));
+      add(mine, hit & (group_of_other != own.group), min(intv(own.collider), collider),
+          max(intv(own.collider), collider));
     };
-    // Whether a run is empty no branch could foresee.
+    // No branch asks whether a run is empty: it would be mispredicted.
     const auto note = [&](int first, int last) {
       int j = first;
       do {

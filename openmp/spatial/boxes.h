@@ -1,4 +1,4 @@
-// Boxes in lanes.
+// Sixteen boxes at a time.
 #pragma once
 
 #include "common/spatial/bounds.h"
@@ -18,7 +18,7 @@ LOCKSTEP_INLINE void store_boxes(Bounds<float>& bounds, int i, const Box<floatv>
   store(&high.x[i], box.high.x), store(&high.y[i], box.high.y), store(&high.z[i], box.high.z);
 }
 
-// One box in every lane.
+// The same box in every lane.
 LOCKSTEP_INLINE Box<floatv> in_all_lanes(const Box<float>& box) {
   return {{box.low.x, box.low.y, box.low.z}, {box.high.x, box.high.y, box.high.z}};
 }
@@ -29,7 +29,7 @@ LOCKSTEP_INLINE Box<floatv> select(maskv mask, const Box<floatv>& a, const Box<f
 
 LOCKSTEP_INLINE maskv bounded(const Box<floatv>& box) { return box.low.x > -std::numeric_limits<float>::infinity(); }
 
-// The box around sixteen.
+// The smallest box around sixteen.
 LOCKSTEP_INLINE Box<float> around_lanes(const Box<floatv>& box) {
   return {{reduce_min(box.low.x), reduce_min(box.low.y), reduce_min(box.low.z)},
           {reduce_max(box.high.x), reduce_max(box.high.y), reduce_max(box.high.z)}};

@@ -1,14 +1,16 @@
 // A bounding volume hierarchy: a tree of boxes.
 //
-// To build it, elements are sorted by the Morton codes of their boxes' centres. Every sixteen in a row become a node, and every
-// sixteen nodes become another: one sort, and no choices (common/spatial/tree.h). Where boxes are alike, such a tree is little
-// worse than one whose every cut is chosen. One box far from all others makes the cells of the code coarse: the boxes stay
-// right, the tree gets worse. To fit it, the order is kept and only the boxes are made anew, bottom up.
+// To build it, elements are sorted by the Morton codes of their boxes' centres. Every sixteen in a row become a node,
+// and every sixteen nodes become another: one sort, and no choices (common/spatial/tree.h). Where boxes are alike, such
+// a tree is little worse than one whose every cut is chosen. One box far from all others makes the cells of the code
+// coarse: the boxes stay right, the tree gets worse. To fit it, the order is kept and only the boxes are made anew,
+// bottom up.
 //
-// Every loop over boxes is shared out among threads. A node is six vectors, one for each end of its sixteen boxes along an axis.
+// Every loop over boxes is shared out among threads. A node is six vectors, one for each end of its sixteen boxes along
+// an axis.
 //
-// Source: [ITJ07] on the broad phase; Lauterbach et al., Fast BVH Construction on GPUs, Computer Graphics Forum 28 (2009), for
-// the order. The contract stands in common/spatial/tree.h.
+// Source: [ITJ07] on the broad phase; Lauterbach et al., Fast BVH Construction on GPUs, Computer Graphics Forum 28
+// (2009), for the order. The contract stands in common/spatial/tree.h.
 #include <vector>
 
 #include "common/math.h"
@@ -25,13 +27,13 @@ namespace {
 
 static_assert(tree_width == lanes);
 
-// Twice where the centres are, least and greatest.
+// The smallest box around twice the centres.
 Box<Real> extent_of(const Bounds<Real>& bounds) {
   std::vector<Box<Real>> parts(omp_get_max_threads(), empty_box<Real>);
 #pragma omp parallel
   {
     Box<floatv> extent = in_all_lanes(empty_box<Real>);
-    // A thread keeps the extent of what it has seen; least and greatest are the same in any order.
+    // Each thread keeps the extent of the boxes it has seen; minima and maxima do not depend on the order.
 #pragma omp for schedule(static) nowait
     for (int i = 0; i < bounds.count; i += lanes) {
       const Box<floatv> box = load_boxes(bounds, i);
@@ -45,7 +47,7 @@ Box<Real> extent_of(const Bounds<Real>& bounds) {
   return extent;
 }
 
-// The bounded elements by the codes of their centres, equal ones by number.
+// Sorts the bounded elements by the Morton codes of their centres, equal ones by number.
 void sort_by_code(const Bounds<Real>& bounds, std::vector<std::int32_t>& order) {
   const Box<Real> extent = extent_of(bounds);
   const Real scale = morton_scale(extent);
@@ -77,7 +79,7 @@ void bvh_refit(const Bounds<Real>& bounds, Tree<Real>& tree) {
     int n = static_cast<int>(tree.order.size());
     for (int level = 0; level < tree.levels(); ++level) {
       const int first = tree.first[level], slots = tree.first[level + 1] - first;
-      // Every box of a level is one thread's, made from the level below; the loop's barrier ends it before the next level is begun.
+      // Every box of a level is one thread's and is made from the level below, which the loop's barrier has completed.
 #pragma omp for schedule(static)
       for (int i = 0; i < slots; ++i)
         boxes.set(first + i, i >= n       ? empty_box<Real>

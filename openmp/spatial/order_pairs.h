@@ -1,8 +1,8 @@
 // Puts the pairs of threads' lists in order, in parallel. In sequence: common/spatial/order_pairs.h.
 //
-// Two steps. The threads part the pairs by the highest bits of a, with one counting sort. A part, of some thousand pairs, then
-// fits the first-level cache and is one thread's: a counting sort by the rest of a, and then the few pairs of each a by b. There,
-// the place of a pair is how many b are less than its own, which lanes count sixteen at a time.
+// Two steps. The threads part the pairs by the highest bits of a, with one counting sort. A part, of some thousand
+// pairs, then fits the first-level cache and is one thread's: a counting sort by the rest of a, and then the few pairs
+// of each a by b. There, the place of a pair is how many b are less than its own, which lanes count sixteen at a time.
 #pragma once
 
 #include <algorithm>
@@ -59,8 +59,8 @@ void for_each_pair(const std::vector<PairList>& lists, int begin, int end, const
   }
 }
 
-// Out: all pairs of the lists, by a and then by b. Pairs are of elements 0 .. elements - 1. Throws InputError or std::bad_alloc
-// if they do not fit the memory.
+// Out: all pairs of the lists, by a and then by b. Pairs are of elements 0 .. elements - 1. Throws InputError or
+// std::bad_alloc if they do not fit the memory.
 inline void order_pairs(int elements, const std::vector<PairList>& lists, Pairs& pairs) {
   constexpr int part_bits = 8, parts = 1 << part_bits;
   const int shift = std::max<int>(0, std::bit_width(static_cast<std::uint32_t>(elements)) - part_bits);
@@ -75,8 +75,8 @@ inline void order_pairs(int elements, const std::vector<PairList>& lists, Pairs&
 
 #pragma omp parallel
   {
-    // Each thread moves its own share to where the sort tells it; the barrier stands between one thread's writing and another's
-    // reading.
+    // Each thread moves its own share to where the sort tells it; the barrier stands between one thread's writing and
+    // another's reading.
     const lockstep::openmp::Share mine = lockstep::openmp::my_share(n);
     sort(
         [&](const auto& visit) {
@@ -92,7 +92,8 @@ inline void order_pairs(int elements, const std::vector<PairList>& lists, Pairs&
     for (int part = 0; part < parts; ++part)
       if (const int size = first[part + 1] - first[part]; size > 0)
         failure.guard([&] {
-          order_part(part << shift, 1 << shift, parted.data() + first[part], size, begin, b, pairs.data() + first[part]);
+          const int at = first[part];
+          order_part(part << shift, 1 << shift, parted.data() + at, size, begin, b, pairs.data() + at);
         });
   }
   failure.rethrow();

@@ -15,9 +15,9 @@
 
 namespace lockstep::spatial::openmp {
 
-// Doubles the room of a list. Threads make room one after another: what one has taken, the next does not find available. If
-// there is no room, list.failure gets InputError or std::bad_alloc, and the list is emptied. Does not throw, because a loop that
-// may be left by an exception keeps less in registers: finding took 1.3 times as long.
+// Doubles the room of a list. Threads make room one after another: what one has taken, the next does not find
+// available. If there is no room, list.failure gets InputError or std::bad_alloc, and the list is emptied. Does not
+// throw, because a loop that may be left by an exception keeps less in registers: finding took 1.3 times as long.
 [[gnu::noinline]] inline void make_room(PairList& list) noexcept {
   static std::mutex one_at_a_time;
   list.failure->guard([&] {
@@ -37,9 +37,10 @@ LOCKSTEP_INLINE void add(PairList& list, maskv mask, intv a, intv b) {
   list.count += count(mask);
 }
 
-// Calls find(i, list) for every i < n, and returns what it adds to the lists, one list a thread; the next call overwrites them.
-// Which thread finds a pair is left to chance: chunks of `chunk` go to whoever is free, because some have far more to do than
-// others. Throws InputError or std::bad_alloc if the pairs do not fit the memory; find itself must not throw.
+// Calls find(i, list) for every i < n, and returns what it adds to the lists, one list a thread; the next call
+// overwrites them. Which thread finds a pair is left to chance: chunks of `chunk` go to whoever is free, because some
+// have far more to do than others. Throws InputError or std::bad_alloc if the pairs do not fit the memory; find itself
+// must not throw.
 template <class Find>
 const std::vector<PairList>& collect(int n, int chunk, const Find& find) {
   std::vector<PairList>& lists = workspace().collect;

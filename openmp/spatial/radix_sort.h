@@ -1,7 +1,7 @@
 // Sorts bounded elements by a key, in parallel.
 //
-// A radix sort from the lowest digit up; each pass is a stable counting sort by one digit (openmp/counting_sort.h). Keys, passes
-// and order are one parallel region, because starts of regions and barriers are what short sorts wait for.
+// A radix sort from the lowest digit up; each pass is a stable counting sort by one digit (openmp/counting_sort.h).
+// Keys, passes and order are one parallel region, because starts of regions and barriers are what short sorts wait for.
 #pragma once
 
 #include <bit>
@@ -22,8 +22,8 @@ inline std::uint32_t key_of(float x) {
   return bits ^ (static_cast<std::uint32_t>(static_cast<std::int32_t>(bits) >> 31) | 0x80000000u);
 }
 
-// Puts the bounded elements in the order of key(element) < 2^bits - 1, equal ones by number. Out: order, resized; returns the
-// same with the keys, which the next call overwrites.
+// Puts the bounded elements in the order of key(element) < 2^bits - 1, equal ones by number. Out: order, resized;
+// returns the same with the keys, which the next call overwrites.
 template <class Key>
 std::span<const Keyed> sort_by_key(const Bounds<float>& bounds, int bits, const Key& key,
                                    std::vector<std::int32_t>& order) {
@@ -36,8 +36,8 @@ std::span<const Keyed> sort_by_key(const Bounds<float>& bounds, int bits, const 
   order.resize(n);
   lockstep::openmp::CountingSort sort(digits);
 
-  // Each thread reads and writes its own share of keys and order, and moves where the sort tells it; the barriers stand between
-  // one thread's writing and another's reading.
+  // Each thread reads and writes its own share of keys and order, and moves where the sort tells it; the barriers stand
+  // between one thread's writing and another's reading.
 #pragma omp parallel
   {
     const lockstep::openmp::Share mine = lockstep::openmp::my_share(n);

@@ -1,7 +1,7 @@
 // Scratch memory of the sorts and pair lists, kept from call to call.
 //
-// Finding pairs writes some ten megabytes that nobody needs afterwards. Fresh pages from the system cost a third of a run
-// (10,000 boxes, one thread), and the system hands them out to one thread at a time.
+// Finding pairs writes some ten megabytes that nobody needs afterwards. Fresh pages from the system cost a third of a
+// run (10,000 boxes, one thread), and the system hands them out to one thread at a time.
 #pragma once
 
 #include <algorithm>

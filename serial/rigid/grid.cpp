@@ -1,15 +1,16 @@
-// A uniform grid: boxes of like size are put into cells, and only those of neighbouring cells are looked at.
+// A uniform grid: boxes of like size are put into cells, and only boxes of neighbouring cells are tested.
 //
-// Every box is in one cell, that of its low corner, and meets the boxes after it in that cell and those of 13 of the 26 cells around: of
-// two cells, one looks at the other. So every pair is met once, and there are no duplicates to remove. How many cells, how they are hashed
-// and why that is enough: common/spatial/wrapped_grid.h.
+// Every box is in one cell, that of its low corner. It meets the boxes after it in that cell and the boxes of 13 of the
+// 26 cells around: of two neighbouring cells, one looks at the other. So every pair is met once, and there are no
+// duplicates to remove. common/spatial/wrapped_grid.h says how many cells there are, how they are hashed and why that
+// finds all pairs.
 //
-// Cells must be as large as the largest box in them, and a few large boxes would make them too large for all the others. So those
-// longer than twice a size that most keep to are kept apart, in a list at the end of the table, which every box meets. Where sizes differ
-// so much that many are large, a tree does better.
+// Cells must be as large as the largest box in them, and a few large boxes would make them too large for all others. So
+// boxes longer than twice a typical size are kept apart, in a list at the end of the table that every box meets. Where
+// sizes differ so much that many boxes are large, a tree is faster.
 //
-// Source: Teschner et al., Optimized Spatial Hashing, VMV 2003; Ericson, Real-Time Collision Detection (2005), 7.1. The contract stands in
-// common/rigid/broad_phase.h.
+// Source: Teschner et al., Optimized Spatial Hashing, VMV 2003; Ericson, Real-Time Collision Detection (2005), 7.1. The
+// contract stands in common/rigid/broad_phase.h.
 #include <algorithm>
 
 #include "common/counting_sort.h"
@@ -25,7 +26,7 @@ namespace {
 
 using namespace spatial;
 
-// Of the boxes no longer than a limit: how many, the longest of their sides, and where their low corners are.
+// The boxes no longer than a limit: their number, their longest side, and the box around their low corners.
 struct Survey {
   int boxes = 0;
   Real size = 0;
@@ -45,8 +46,8 @@ Survey survey(const Bounds<Real>& bounds, Real limit) {
   return found;
 }
 
-// Colliders that have bounds in the order of the table, those of hash h from begin[h] on, equal ones by number; large ones as if their hash
-// were grid.cells().
+// The bounded colliders sorted by hash, equal ones by number. Those of hash h begin at begin[h]. Large ones have hash
+// grid.cells().
 struct Table {
   std::vector<std::int32_t> order, begin;
 };
@@ -86,7 +87,8 @@ void grid(const Bounds<Real>& bounds, std::span<const std::int32_t> group, Pairs
     const Box<Real> box = sorted.box(k);
     const auto meet = [&](int first, int last) {
       for (int j = first; j < last; ++j)
-        if (overlap(box, sorted.box(j)) && group[order[k]] != group[order[j]]) add_pair(pairs, make_pair(order[k], order[j]));
+        if (overlap(box, sorted.box(j)) && group[order[k]] != group[order[j]])
+          add_pair(pairs, make_pair(order[k], order[j]));
     };
     if (k < large) for_each_forward_run(grid, begin.data(), cell_at(grid, box.low), k, meet);
     meet(std::max(k + 1, large), n);

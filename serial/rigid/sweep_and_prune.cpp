@@ -1,15 +1,17 @@
-// Sweep and prune: boxes that overlap overlap along each axis, so only those that do along one are looked at.
+// Sweep and prune: boxes that overlap also overlap along each axis, so only pairs that overlap along one axis are
+// tested.
 //
-// The lower ends of all boxes are sorted along the axis on which the boxes are spread most. A box is then met by those that come after it
-// in that order and begin before it ends, and by no others: those are its candidates, tested on the two other axes. Every pair is found
-// once, from the one of the two that begins first.
+// The lower ends of all boxes are sorted along the axis on which the boxes are spread most. A box's candidates are the
+// boxes that come after it in that order and begin before it ends; they are tested on the two other axes. Every pair is
+// found once, from the box that begins first.
 //
-// Batch sorts from nothing. Incremental mends the order of the step before by insertion, each box moved down past those that begin after
-// it now: bodies move little in a step, so this is nearly linear, where nothing else is to be sorted. Both then sweep in the same way. In a
-// pile of n boxes a box has of the order of n^(2/3) candidates, which is where the time goes.
+// The batch form sorts from nothing. The incremental form mends the order of the step before by insertion: each box
+// moves down past those that begin after it now. Bodies move little in a step, so the cost is nearly linear, and the
+// order is the only thing to sort. Both forms then sweep in the same way. In a pile of n boxes a box has of the order
+// of n^(2/3) candidates, and that is where the time goes.
 //
-// Source: [LRB08] "Collision Detection", Figure 5; Cohen et al., I-COLLIDE, Symp. Interactive 3D Graphics (1995), for the order that is
-// kept. The contract stands in common/rigid/broad_phase.h.
+// Source: [LRB08] "Collision Detection", Figure 5; Cohen et al., I-COLLIDE, Symp. Interactive 3D Graphics (1995), for
+// the order that is kept. The contract stands in common/rigid/broad_phase.h.
 #include <algorithm>
 #include <utility>
 
@@ -34,7 +36,7 @@ int sweep_axis(const Bounds<Real>& bounds) {
   });
 }
 
-// Colliders by their lower ends, equal ones by number.
+// Sorts the bounded colliders by their lower ends, equal ones by number.
 void sort_by_low(const Bounds<Real>& bounds, int axis, std::vector<std::int32_t>& order) {
   const Array<Real>& low = along(bounds.low, axis);
   std::vector<std::pair<Real, std::int32_t>> keys;
@@ -45,17 +47,18 @@ void sort_by_low(const Bounds<Real>& bounds, int axis, std::vector<std::int32_t>
   for (const auto& [key, i] : keys) order.push_back(i);
 }
 
-// Insertion: each in its turn goes down past those that come after it.
+// Insertion sort: each collider in turn moves down past those that come after it.
 void mend(const Array<Real>& low, std::vector<std::int32_t>& order) {
   for (std::size_t k = 1; k < order.size(); ++k) {
     const std::int32_t i = order[k];
     std::size_t hole = k;
-    for (; hole > 0 && std::pair(low[i], i) < std::pair(low[order[hole - 1]], order[hole - 1]); --hole) order[hole] = order[hole - 1];
+    for (; hole > 0 && std::pair(low[i], i) < std::pair(low[order[hole - 1]], order[hole - 1]); --hole)
+      order[hole] = order[hole - 1];
     order[hole] = i;
   }
 }
 
-// Whether order holds every collider that has bounds, once.
+// Whether `order` holds every bounded collider exactly once.
 bool is_complete(const Bounds<Real>& bounds, const std::vector<std::int32_t>& order) {
   std::vector<bool> seen(bounds.count);
   for (const std::int32_t i : order) {
@@ -67,7 +70,7 @@ bool is_complete(const Bounds<Real>& bounds, const std::vector<std::int32_t>& or
   return true;
 }
 
-// Meets the boxes in their order. Beside the axis, u and v are the others.
+// Tests each box against its candidates. u and v are the two axes that are not swept.
 void sweep(const Bounds<Real>& bounds, std::span<const std::int32_t> group, const SweepOrder& state, Pairs& pairs) {
   const std::vector<std::int32_t>& order = state.order;
   const int n = static_cast<int>(order.size()), u = (state.axis + 1) % 3, v = (state.axis + 2) % 3;
@@ -82,8 +85,9 @@ void sweep(const Bounds<Real>& bounds, std::span<const std::int32_t> group, cons
   pairs.clear();
   for (int k = 0; k < n; ++k)
     for (int j = k + 1; j < n && low[j] <= high[k]; ++j) {
-      // Not &&: half the candidates pass each test, which no branch could foresee.
-      const bool hit = (low_u[j] <= high_u[k]) & (low_u[k] <= high_u[j]) & (low_v[j] <= high_v[k]) & (low_v[k] <= high_v[j]);
+      // & instead of &&: half the candidates pass each test, so branches would be mispredicted.
+      const bool hit = (low_u[j] <= high_u[k]) & (low_u[k] <= high_u[j]) & (low_v[j] <= high_v[k]) &
+                       (low_v[k] <= high_v[j]);
       if (hit && group[order[k]] != group[order[j]]) add_pair(pairs, make_pair(order[k], order[j]));
     }
   require_contacts_fit(pairs.size(), room);
@@ -92,13 +96,15 @@ void sweep(const Bounds<Real>& bounds, std::span<const std::int32_t> group, cons
 
 }  // namespace
 
-void sweep_and_prune_batch(const Bounds<Real>& bounds, std::span<const std::int32_t> group, SweepOrder& state, Pairs& pairs) {
+void sweep_and_prune_batch(const Bounds<Real>& bounds, std::span<const std::int32_t> group, SweepOrder& state,
+                           Pairs& pairs) {
   state.axis = sweep_axis(bounds);
   sort_by_low(bounds, state.axis, state.order);
   sweep(bounds, group, state, pairs);
 }
 
-void sweep_and_prune_incremental(const Bounds<Real>& bounds, std::span<const std::int32_t> group, SweepOrder& state, Pairs& pairs) {
+void sweep_and_prune_incremental(const Bounds<Real>& bounds, std::span<const std::int32_t> group, SweepOrder& state,
+                                 Pairs& pairs) {
   const int axis = sweep_axis(bounds);
   if (axis == state.axis && is_complete(bounds, state.order)) {
     mend(along(bounds.low, axis), state.order);

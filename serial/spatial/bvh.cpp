@@ -1,12 +1,13 @@
 // A bounding volume hierarchy: a tree of boxes.
 //
-// To build it, elements are sorted by the Morton codes of their boxes' centres. Every sixteen in a row become a node, and every
-// sixteen nodes become another: one sort, and no choices (common/spatial/tree.h). Where boxes are alike, such a tree is little
-// worse than one whose every cut is chosen. One box far from all others makes the cells of the code coarse: the boxes stay
-// right, the tree gets worse. To fit it, the order is kept and only the boxes are made anew, bottom up.
+// To build it, elements are sorted by the Morton codes of their boxes' centres. Every sixteen in a row become a node,
+// and every sixteen nodes become another: one sort, and no choices (common/spatial/tree.h). Where boxes are alike, such
+// a tree is little worse than one whose every cut is chosen. One box far from all others makes the cells of the code
+// coarse: the boxes stay right, the tree gets worse. To fit it, the order is kept and only the boxes are made anew,
+// bottom up.
 //
-// Source: [ITJ07] on the broad phase; Lauterbach et al., Fast BVH Construction on GPUs, Computer Graphics Forum 28 (2009), for
-// the order. The contract stands in common/spatial/tree.h.
+// Source: [ITJ07] on the broad phase; Lauterbach et al., Fast BVH Construction on GPUs, Computer Graphics Forum 28
+// (2009), for the order. The contract stands in common/spatial/tree.h.
 #include <algorithm>
 #include <utility>
 
@@ -18,7 +19,7 @@
 namespace lockstep::spatial::serial {
 namespace {
 
-// Twice where the centres are, least and greatest.
+// The smallest box around twice the centres.
 Box<Real> extent_of(const Bounds<Real>& bounds) {
   Box<Real> extent = empty_box<Real>;
   for (int i = 0; i < bounds.count; ++i)
@@ -29,7 +30,7 @@ Box<Real> extent_of(const Bounds<Real>& bounds) {
   return extent;
 }
 
-// The bounded elements by the codes of their centres, equal ones by number.
+// Sorts the bounded elements by the Morton codes of their centres, equal ones by number.
 void sort_by_code(const Bounds<Real>& bounds, std::vector<std::int32_t>& order) {
   const Box<Real> extent = extent_of(bounds);
   const Real scale = morton_scale(extent);
@@ -66,7 +67,9 @@ void bvh_refit(const Bounds<Real>& bounds, Tree<Real>& tree) {
   for (int level = 0; level < tree.levels(); ++level) {
     const int first = tree.first[level], slots = tree.first[level + 1] - first;
     for (int i = 0; i < slots; ++i)
-      boxes.set(first + i, i >= n ? empty_box<Real> : level == 0 ? zeros_positive(bounds.box(tree.order[i])) : box_of_node(tree, level, i));
+      boxes.set(first + i, i >= n       ? empty_box<Real>
+                           : level == 0 ? zeros_positive(bounds.box(tree.order[i]))
+                                        : box_of_node(tree, level, i));
     n = (n + tree_width - 1) / tree_width;
   }
 }
