@@ -155,7 +155,7 @@ class Build:
             source, object = of[0], overlay / (of[0].replace("/", "_") + ".o")
             path = overlay / source if source in files else source
             # Without weak symbols an object keeps its own instances of a template: the linker would take serial/'s for all.
-            weak = ["-fno-weak"] if any(f.startswith("common/") for f in files) else []
+            weak = ["-fno-weak"] if source.startswith("openmp/") and any(f.startswith("common/") for f in files) else []
             self.run_tool(id, [*self.compile, "-O1", "-w", *weak, f"-I{overlay}", "-I.", f"-I{self.folder}", "-c", path, "-o", object])
             return object
 
