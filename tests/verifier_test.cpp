@@ -28,8 +28,8 @@
 #include "verify/arrays.h"
 #include "verify/cloth/run.h"
 #include "verify/compare.h"
-#include "verify/fluid_bounds.h"
-#include "verify/fluid_run.h"
+#include "verify/fluid/bounds.h"
+#include "verify/fluid/run.h"
 
 namespace lockstep::verify {
 namespace {
@@ -295,7 +295,7 @@ TEST(CheckFreeRun, PassesARightStepAndNoWrongOne) {
 TEST(CheckFreeRun, SaysWhatBroke) {
   const Fluid<float> start = flowing();
   const FreeRuns runs = run_freely(start, 20);
-  EXPECT_EQ(judge_free_run(start, runs, {}, step_to_nan).worst_at, "a number is not finite after frame 1");
+  EXPECT_EQ(judge_free_run(start, runs, {}, step_to_nan).worst_at, "velocity.y of particle " + std::to_string(victim) + " is not finite after frame 1");
   FreeRuns forgotten = runs;
   forgotten.comparable = 0;  // then only what the scene says can tell
   EXPECT_TRUE(judge_free_run(start, forgotten, {}, step_shifting_one).passed);
@@ -356,12 +356,12 @@ TEST(CheckLattice, FailsOnOneWrongDensityInside) {
 
 TEST(Facts, AreSeenToBreak) {
   Fluid<float> f = flowing();
-  EXPECT_TRUE(all_finite(f.particles));
+  EXPECT_TRUE(first_not_finite(f).empty());
   EXPECT_TRUE(inside_domain(f));
   for (const float wrong : {nan, inf, -inf}) {
     Fluid<float> broken = f;
     broken.particles.half_velocity.z[victim] = wrong;
-    EXPECT_FALSE(all_finite(broken.particles));
+    EXPECT_FALSE(first_not_finite(broken).empty());
   }
   for (const float wrong : {nan, .0651f, -.0651f}) {
     Fluid<float> broken = f;

@@ -75,7 +75,6 @@ struct Kernel {
   std::vector<std::string> serial_forms = {""};  // of the kernel
 };
 
-std::vector<Kernel> fluid_kernels();
 std::vector<Kernel> rigid_kernels();
 
 // All kernels: domain by domain, in the order of a step.

@@ -8,7 +8,10 @@ namespace lockstep::fluid {
 
 template <class To, class From>
 Particles<To> convert(const Particles<From>& p) {
-  return {p.count, p.id, convert<To>(p.position), convert<To>(p.half_velocity), convert<To>(p.velocity)};
+  Particles<To> to;
+  to.count = p.count;
+  convert_arrays<To>(p, to);
+  return to;
 }
 
 template <class To, class From>

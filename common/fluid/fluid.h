@@ -22,6 +22,12 @@ struct Fluid {
   Vectors<Real> acceleration;   // m/s^2, of each particle
 };
 
+// What a step needs of the step before.
+template <Is<Fluid> S, class F>
+void for_each_array(S& fluid, const F& f) {
+  for_each_array(fluid.particles, f);
+}
+
 // A simulation at its first instant. Takes the particles, whose ids must be 0 .. count - 1 in some order.
 template <class Real>
 Fluid<Real> make_fluid(const Model<Real>& model, Particles<Real> particles) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "common/arrays.h"
 #include "common/vector3.h"
 
 namespace lockstep::fluid {
@@ -25,6 +26,14 @@ struct Particles {
     velocity.resize(n);
   }
 };
+
+template <Is<Particles> P, class F>
+void for_each_array(P& p, const F& f) {
+  f("id", p.id, p.count);
+  f("position", p.position, p.count);
+  f("half_velocity", p.half_velocity, p.count);
+  f("velocity", p.velocity, p.count);
+}
 
 // Component by component: the vector of particle i, and what it is to be.
 template <class Real>

@@ -8,8 +8,9 @@
 #include "common/fluid/rebuild_grid.h"
 #include "common/fluid/scene.h"
 #include "common/fluid/vtk.h"
+#include "verify/arrays.h"
 #include "verify/domain.h"
-#include "verify/fluid_forms.h"
+#include "verify/fluid/forms.h"
 
 namespace lockstep::verify {
 namespace {
@@ -21,7 +22,7 @@ Simulation simulation(const RunOptions& options) {
   const StepForm& form = find_form(step_forms, options.form, [&](const StepForm& f) { return f.variant == options.variant; });
   auto state = std::make_shared<fluid::Fluid<float>>(fluid::make_fluid(fluid::convert<float>(scene.model), std::move(scene.particles)));
   auto is_start = std::make_shared<bool>(true);
-  fluid::Particles<float>& p = state->particles;
+  const fluid::Particles<float>& p = state->particles;
   return {
       .name = scene.name,
       .form = form.name,
@@ -41,8 +42,7 @@ Simulation simulation(const RunOptions& options) {
       .write_state = [state, per_metre = static_cast<float>(scene.model.particles_per_metre)](
                          const std::string& path) { fluid::write_fluid(path, per_metre, state->particles); },
       .state_formats = {".fluid"},
-      .state = {keep(p.id), keep(p.position.x), keep(p.position.y), keep(p.position.z), keep(p.half_velocity.x), keep(p.half_velocity.y),
-                keep(p.half_velocity.z), keep(p.velocity.x), keep(p.velocity.y), keep(p.velocity.z)},
+      .state = keep_all(*state),
       .fault =
           [state] {
             const fluid::Model<float>& model = state->model;

@@ -1,4 +1,4 @@
-#include "verify/fluid_bounds.h"
+#include "verify/fluid/bounds.h"
 
 #include <cmath>
 

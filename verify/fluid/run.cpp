@@ -1,4 +1,4 @@
-#include "verify/fluid_run.h"
+#include "verify/fluid/run.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,9 @@
 #include "common/fluid/densities.h"
 #include "common/fluid/id_order.h"
 #include "common/fluid/rebuild_grid.h"
+#include "verify/arrays.h"
 #include "verify/compare.h"
-#include "verify/fluid_bounds.h"
+#include "verify/fluid/bounds.h"
 
 namespace lockstep::verify {
 namespace {
@@ -65,13 +66,6 @@ double energy(const Fluid<float>& fluid) {
   return particle_mass(fluid.model) * sum;
 }
 
-bool all_finite(const Particles<float>& p) {
-  for (const Vectors<float>* v : {&p.position, &p.half_velocity, &p.velocity})
-    for (int i = 0; i < p.count; ++i)
-      if (!std::isfinite(v->x[i]) || !std::isfinite(v->y[i]) || !std::isfinite(v->z[i])) return false;
-  return true;
-}
-
 bool inside_domain(const Fluid<float>& fluid) {
   const Vectors<float>& p = fluid.particles.position;
   const Vector3<float>&low = fluid.model.domain_min, &high = fluid.model.domain_max;
@@ -100,6 +94,12 @@ double momentum_rounding(const Fluid<float>& after_step) {
     sum += fluid.model.time_step * std::max({a.x[i], a.y[i], a.z[i]}) +
            2 * unit_roundoff * std::max({std::abs(hv.x[i]), std::abs(hv.y[i]), std::abs(hv.z[i])});
   return particle_mass(after_step.model) * sum;
+}
+
+double bytes_of(const FreeRuns& runs) {
+  double bytes = 0;
+  for (const FreeRuns::Frame& frame : runs.frames) bytes += sizeof(float) * frame.serial.size();
+  return bytes;
 }
 
 FreeRuns run_freely(const Fluid<float>& start, int scene_frames) {
@@ -191,7 +191,10 @@ void check_free_run(Judgement& judgement, const FreeRuns& runs, const Holds& hol
   Vector3<double> before = momentum(fluid);
   for (std::size_t frame = 0; frame < runs.frames.size(); ++frame) {
     step(fluid);
-    check(judgement, all_finite(fluid.particles), frame_name("a number is not finite", frame), 1, 0);
+    const std::string fault = first_not_finite(fluid, [&](const auto& array, std::size_t i, const auto& field) {
+      return of_element("particle")(array, fluid.particles.id[i], field);
+    });
+    check(judgement, fault.empty(), frame_name(fault.c_str(), frame), 1, 0);
     if (!judgement.passed) return;
     if (holds.inside_domain) check(judgement, inside_domain(fluid), frame_name("a particle is outside the domain", frame), 1, 0);
     if (holds.momentum_conserved) {

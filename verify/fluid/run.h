@@ -25,6 +25,7 @@ struct FreeRuns {
   // samples of one flow, and only what physics says of each is asked.
   std::size_t comparable;
 };
+double bytes_of(const FreeRuns& runs);
 FreeRuns run_freely(const fluid::Fluid<float>& start, int scene_frames);
 
 // Asserts that one step from the same state leaves every particle as near to the double run as the bounded verdict asks.
@@ -44,8 +45,7 @@ void check_lattice_density(Judgement& judgement, const fluid::Fluid<double>& lat
 // Kinetic and gravitational energy, J; gravity's zero is the floor of the domain.
 double energy(const fluid::Fluid<float>& fluid);
 
-// Whether every position and velocity is finite; whether every particle is inside the domain.
-bool all_finite(const fluid::Particles<float>& particles);
+// Whether every particle is inside the domain.
 bool inside_domain(const fluid::Fluid<float>& fluid);
 
 // The total momentum (kg m/s), and by how much one step may change it by rounding alone where no outer force acts.
