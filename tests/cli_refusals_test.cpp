@@ -1,19 +1,13 @@
-// Exit codes, one line for what is wrong, nothing left behind, and reports that parse.
+// Bad input and bad usage on the command line: exit code 2, one line that says what is wrong, and no file left behind.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdint>
-#include <cstdlib>
-#include <cstring>
+#include <filesystem>
 #include <limits>
-#include <nlohmann/json.hpp>
-#include <set>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
-#include "common/fluid/file.h"
 #include "common/fluid/limits.h"
 #include "common/memory.h"
 #include "tests/cli.h"
@@ -36,7 +30,7 @@ std::string fluid_bytes(float particles_per_metre, std::int32_t n, const std::ve
   return bytes;
 }
 
-// --- Bad input
+// --- Files, scenes and usage
 
 TEST_F(Cli, RefusesBadFluidFiles) {
   const std::vector<float> record = {.01f, .02f, .03f, 0, 0, 0, 0, 0, 0};
@@ -146,7 +140,7 @@ TEST_F(Cli, RefusesToWriteWhereItCannot) {
   std::filesystem::permissions(folder, std::filesystem::perms(0755));
 }
 
-// --- Bad cloth
+// --- Cloth, and scenes of another kind
 
 TEST_F(Cli, RefusesAFluidFileOfACloth) {
   write_bytes(path("cloth.obj"), good_obj);
@@ -220,198 +214,6 @@ TEST_F(Cli, RefusesBadMeshes) {
   write_bytes(obj, good_obj);
   std::filesystem::permissions(obj, std::filesystem::perms::none);
   expect_refused({"run", "--scene", mesh, "--out", path("frames")}, obj + ": cannot be read: Permission denied", 1, true);
-}
-
-// --- Good runs
-
-TEST_F(Cli, Helps) {
-  for (const std::vector<std::string>& arguments :
-       {std::vector<std::string>{"--help"}, {"run", "--help"}, {"verify", "--help"}, {"bench", "--help"}}) {
-    const Outcome outcome = run(arguments);
-    EXPECT_EQ(outcome.code, 0);
-    EXPECT_NE(outcome.out.find("--help"), std::string::npos);
-    EXPECT_EQ(outcome.err, "");
-  }
-}
-
-TEST_F(Cli, RunsAFluidFileInEveryForm) {
-  // One step of the scene gives a .fluid file to start from.
-  ASSERT_EQ(run({"run", "--scene", scene(good_scene), "--frames", "1", "--out", path("start.fluid")}).code, 0);
-  const fluid::FluidFile start = fluid::read_fluid(path("start.fluid"));
-  ASSERT_GT(start.particles.count, 100);
-
-  const auto result = [&](const std::string& variant, const std::string& form) {
-    const std::string out = path(variant + form + ".fluid");
-    const Outcome outcome =
-        run({"run", "--scene", path("start.fluid"), "--variant", variant, "--form", form, "--threads", "2", "--frames", "5", "--out", out});
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_EQ(outcome.err, "");
-    return fluid::read_fluid(out);
-  };
-  const fluid::FluidFile serial = result("serial", "symmetric");
-  EXPECT_EQ(serial.particles_per_metre, start.particles_per_metre);
-  for (const auto& [variant, form] :
-       {std::pair{"serial", "owner_gather"}, {"openmp", "owner_gather"}, {"openmp", "sub_grid"}, {"openmp", "cell_locks"}}) {
-    SCOPED_TRACE(std::string(variant) + ' ' + form);
-    const fluid::FluidFile other = result(variant, form);
-    ASSERT_EQ(other.particles.count, start.particles.count);
-    // Files hold the particles by id, so the i-th is the i-th.
-    for (int i = 0; i < start.particles.count; ++i) {
-      ASSERT_NEAR(other.particles.position.x[i], serial.particles.position.x[i], 1e-6);
-      ASSERT_NEAR(other.particles.position.y[i], serial.particles.position.y[i], 1e-6);
-      ASSERT_NEAR(other.particles.velocity.z[i], serial.particles.velocity.z[i], 1e-3);
-    }
-  }
-  EXPECT_NE(serial.particles.position.x, start.particles.position.x);
-}
-
-TEST_F(Cli, WritesFramesForParaView) {
-  const Outcome outcome = run({"run", "--scene", scene(good_scene), "--frames", "2", "--threads", "2", "--out", path("deep/frames")});
-  ASSERT_EQ(outcome.code, 0) << outcome.err;
-  std::set<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(path("deep/frames"))) {
-    names.insert(entry.path().filename());
-    if (entry.path().extension() != ".vtk") continue;
-    const std::string frame = read_bytes(entry.path());
-    EXPECT_EQ(frame.rfind("# vtk DataFile Version 3.0\n", 0), 0u);
-    for (const char* part : {"\nPOINTS ", "\nVECTORS velocity ", "\nSCALARS density "})
-      EXPECT_NE(frame.find(part), std::string::npos) << part;
-  }
-  EXPECT_EQ(names, (std::set<std::string>{"frame_00000.vtk", "frame_00001.vtk", "frame_00002.vtk", "state.lockstep"}));
-}
-
-// Frames of a cloth, the last of them the same bits in serial and openmp.
-TEST_F(Cli, WritesFramesOfAClothInEveryForm) {
-  write_bytes(path("cloth.obj"), good_obj);
-  const auto frames = [&](const std::string& scene, const std::string& variant, const std::string& form, const std::string& polygons) {
-    SCOPED_TRACE(variant + ' ' + form);
-    const std::string out = path(scene.substr(folder.size() + 1) + variant + form);
-    const Outcome outcome =
-        run({"run", "--scene", scene, "--variant", variant, "--form", form, "--threads", "2", "--frames", "2", "--out", out});
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_EQ(outcome.err, "");
-    EXPECT_NE(outcome.out.find(variant + ' ' + form), std::string::npos) << outcome.out;
-    std::vector<std::string> frames;
-    for (const char* name : {"/frame_00000.vtk", "/frame_00001.vtk", "/frame_00002.vtk"}) {
-      frames.push_back(read_bytes(out + name));
-      EXPECT_EQ(frames.back().rfind("# vtk DataFile Version 3.0\nLockstep cloth\n", 0), 0u) << name;
-      for (const std::string& part : {std::string("\nPOINTS "), "\nPOLYGONS " + polygons + '\n', std::string("\nVECTORS velocity ")})
-        EXPECT_NE(frames.back().find(part), std::string::npos) << name << part;
-    }
-    EXPECT_FALSE(std::filesystem::exists(out + "/frame_00003.vtk"));
-    EXPECT_NE(frames[0], frames[1]);
-    EXPECT_NE(frames[1], frames[2]);
-    return frames;
-  };
-  const std::string sheet = scene(good_cloth, "sheet.toml"), mesh = scene(good_mesh, "mesh.toml");
-  frames(sheet, "serial", "original", "48 192");
-  for (const char* form : {"chains", "colours", "batches"}) {
-    const auto serial = frames(sheet, "serial", form, "48 192"), openmp = frames(sheet, "openmp", form, "48 192");
-    EXPECT_TRUE(serial == openmp) << form;
-  }
-  frames(mesh, "serial", "original", "2 8");
-  const auto serial = frames(mesh, "serial", "batches", "2 8"), openmp = frames(mesh, "openmp", "batches", "2 8");
-  EXPECT_TRUE(serial == openmp);
-}
-
-// Unless told otherwise: chains of a sheet, batches of a mesh, openmp.
-TEST_F(Cli, RunsAClothInItsFirstForm) {
-  write_bytes(path("cloth.obj"), good_obj);
-  for (const auto& [text, particles, form] : {std::tuple{good_cloth, "35", "chains"}, {good_mesh, "4", "batches"}}) {
-    const Outcome outcome = run({"run", "--scene", scene(text), "--out", path(form)});
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_NE(outcome.out.find(std::string(particles) + " particles, 3 frames, openmp " + form), std::string::npos) << outcome.out;
-    EXPECT_TRUE(std::filesystem::exists(path(form) + "/frame_00003.vtk"));
-  }
-}
-
-// --- Reports
-
-void expect_fields(const nlohmann::json& object, const std::vector<std::string>& fields) {
-  for (const std::string& field : fields) EXPECT_TRUE(object.contains(field)) << field;
-}
-
-void expect_machine(const nlohmann::json& report) {
-  ASSERT_TRUE(report.contains("machine") && report.contains("rows"));
-  expect_fields(report["machine"], {"cpu", "cores", "isa", "lanes", "compiler", "flags", "commit", "omp"});
-  EXPECT_EQ(report["machine"]["lanes"], 16);
-}
-
-TEST_F(Cli, VerifiesAndReports) {
-  const std::string json = path("verify.json");
-  const Outcome outcome = run({"verify", "--kernel", "fluid/advance", "--scene", "single", "--threads", "1,2", "--json", json});
-  EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
-  EXPECT_EQ(outcome.err, "");
-  EXPECT_NE(outcome.out.find("2 passed, 0 failed\n"), std::string::npos) << outcome.out;
-  const auto report = nlohmann::json::parse(read_bytes(json));
-  expect_machine(report);
-  ASSERT_EQ(report["rows"].size(), 2u);
-  for (const auto& row : report["rows"]) {
-    expect_fields(
-        row, {"kernel", "form", "scene", "threads", "lanes", "verdict", "error", "bound", "worst_at", "serial_ms", "openmp_ms", "passed"});
-    EXPECT_EQ(row["kernel"], "fluid/advance");
-    EXPECT_EQ(row["scene"], "single");
-    EXPECT_EQ(row["verdict"], "bitwise");
-    EXPECT_EQ(row["passed"], true);
-  }
-  EXPECT_EQ(report["rows"][1]["threads"], 2);
-}
-
-// A scene of the user's own goes to the kernels that take it, and to no others.
-TEST_F(Cli, VerifiesAClothOnTheKernelsForIt) {
-  const auto verified = [&](const std::string& scene) {
-    const std::string json = path("verify.json");
-    const Outcome outcome = run({"verify", "--scene", scene, "--threads", "1,2", "--json", json});
-    EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
-    EXPECT_EQ(outcome.err, "");
-    std::set<std::string> kernels;
-    const auto report = nlohmann::json::parse(read_bytes(json));
-    for (const auto& row : report["rows"]) {
-      kernels.insert(row["kernel"].get<std::string>() + ' ' + row["form"].get<std::string>());
-      EXPECT_EQ(row["passed"], true) << row;
-    }
-    return kernels;
-  };
-  const std::set<std::string> for_meshes = {"cloth/verlet ", "cloth/relax batches", "cloth/relax batches_for_original", "cloth/collide ",
-                                            "cloth/step batches"};
-  std::set<std::string> all = for_meshes;
-  all.insert({"cloth/relax chains", "cloth/relax chains_for_original", "cloth/relax colours", "cloth/relax colours_for_original",
-              "cloth/step chains", "cloth/step colours"});
-  EXPECT_EQ(verified("scenes/cloth/tiny.toml"), all);
-  write_bytes(path("cloth.obj"), good_obj);
-  EXPECT_EQ(verified(scene(good_mesh)), for_meshes);
-}
-
-// Under gravity momentum is not conserved: a scene that says so cannot pass.
-TEST_F(Cli, ExitsWithOneWhereACheckFails) {
-  const std::string wrong = scene(good_scene + "[holds]\nmomentum_conserved = true\n"), json = path("verify.json");
-  const Outcome outcome =
-      run({"verify", "--kernel", "fluid/step", "--form", "owner_gather", "--scene", wrong, "--threads", "1", "--json", json});
-  EXPECT_EQ(outcome.code, 1) << outcome.out << outcome.err;
-  EXPECT_NE(outcome.out.find("FAILED"), std::string::npos);
-  EXPECT_NE(outcome.out.find("0 passed, 1 failed\n"), std::string::npos) << outcome.out;
-  const auto report = nlohmann::json::parse(read_bytes(json));
-  EXPECT_EQ(report["rows"][0]["passed"], false);
-  EXPECT_NE(report["rows"][0]["worst_at"].get<std::string>().find("momentum"), std::string::npos);
-}
-
-TEST_F(Cli, BenchesAndReports) {
-  const std::string json = path("bench.json");
-  const Outcome outcome =
-      run({"bench", "--kernel", "fluid/advance", "--scene", "scenes/fluid/single.toml", "--threads", "1", "--json", json});
-  ASSERT_EQ(outcome.code, 0) << outcome.out << outcome.err;
-  const auto report = nlohmann::json::parse(read_bytes(json));
-  expect_machine(report);
-  std::set<std::string> variants;
-  for (const auto& row : report["rows"]) {
-    expect_fields(row, {"kernel", "form", "scene", "variant", "threads", "lanes", "cores", "ms", "least_ms", "spread", "items", "unit",
-                        "items_per_s", "bytes", "flops"});
-    EXPECT_GT(row["least_ms"].get<double>(), 0);
-    EXPECT_LE(row["least_ms"].get<double>(), row["ms"].get<double>());
-    EXPECT_GT(row["cores"].get<double>(), 0);
-    variants.insert(row["variant"].get<std::string>());
-  }
-  EXPECT_EQ(variants, (std::set<std::string>{"serial", "openmp"}));
 }
 
 }  // namespace

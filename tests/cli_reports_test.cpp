@@ -1,0 +1,102 @@
+// `lockstep verify` and `bench` from the command line: exit codes, and reports that parse and hold every field.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tests/cli.h"
+
+namespace lockstep {
+namespace {
+
+void expect_fields(const nlohmann::json& object, const std::vector<std::string>& fields) {
+  for (const std::string& field : fields) EXPECT_TRUE(object.contains(field)) << field;
+}
+
+void expect_machine(const nlohmann::json& report) {
+  ASSERT_TRUE(report.contains("machine") && report.contains("rows"));
+  expect_fields(report["machine"], {"cpu", "cores", "isa", "lanes", "compiler", "flags", "commit", "omp"});
+  EXPECT_EQ(report["machine"]["lanes"], 16);
+}
+
+TEST_F(Cli, VerifiesAndReports) {
+  const std::string json = path("verify.json");
+  const Outcome outcome = run({"verify", "--kernel", "fluid/advance", "--scene", "single", "--threads", "1,2", "--json", json});
+  EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_NE(outcome.out.find("2 passed, 0 failed\n"), std::string::npos) << outcome.out;
+  const auto report = nlohmann::json::parse(read_bytes(json));
+  expect_machine(report);
+  ASSERT_EQ(report["rows"].size(), 2u);
+  for (const auto& row : report["rows"]) {
+    expect_fields(
+        row, {"kernel", "form", "scene", "threads", "lanes", "verdict", "error", "bound", "worst_at", "serial_ms", "openmp_ms", "passed"});
+    EXPECT_EQ(row["kernel"], "fluid/advance");
+    EXPECT_EQ(row["scene"], "single");
+    EXPECT_EQ(row["verdict"], "bitwise");
+    EXPECT_EQ(row["passed"], true);
+  }
+  EXPECT_EQ(report["rows"][1]["threads"], 2);
+}
+
+// A scene of the user's own goes to the kernels that take it, and to no others.
+TEST_F(Cli, VerifiesAClothOnTheKernelsForIt) {
+  const auto verified = [&](const std::string& scene) {
+    const std::string json = path("verify.json");
+    const Outcome outcome = run({"verify", "--scene", scene, "--threads", "1,2", "--json", json});
+    EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    std::set<std::string> kernels;
+    const auto report = nlohmann::json::parse(read_bytes(json));
+    for (const auto& row : report["rows"]) {
+      kernels.insert(row["kernel"].get<std::string>() + ' ' + row["form"].get<std::string>());
+      EXPECT_EQ(row["passed"], true) << row;
+    }
+    return kernels;
+  };
+  const std::set<std::string> for_meshes = {"cloth/verlet ", "cloth/relax batches", "cloth/relax batches_for_original", "cloth/collide ",
+                                            "cloth/step batches"};
+  std::set<std::string> all = for_meshes;
+  all.insert({"cloth/relax chains", "cloth/relax chains_for_original", "cloth/relax colours", "cloth/relax colours_for_original",
+              "cloth/step chains", "cloth/step colours"});
+  EXPECT_EQ(verified("scenes/cloth/tiny.toml"), all);
+  write_bytes(path("cloth.obj"), good_obj);
+  EXPECT_EQ(verified(scene(good_mesh)), for_meshes);
+}
+
+// Under gravity momentum is not conserved: a scene that says so cannot pass.
+TEST_F(Cli, ExitsWithOneWhereACheckFails) {
+  const std::string wrong = scene(good_scene + "[holds]\nmomentum_conserved = true\n"), json = path("verify.json");
+  const Outcome outcome =
+      run({"verify", "--kernel", "fluid/step", "--form", "owner_gather", "--scene", wrong, "--threads", "1", "--json", json});
+  EXPECT_EQ(outcome.code, 1) << outcome.out << outcome.err;
+  EXPECT_NE(outcome.out.find("FAILED"), std::string::npos);
+  EXPECT_NE(outcome.out.find("0 passed, 1 failed\n"), std::string::npos) << outcome.out;
+  const auto report = nlohmann::json::parse(read_bytes(json));
+  EXPECT_EQ(report["rows"][0]["passed"], false);
+  EXPECT_NE(report["rows"][0]["worst_at"].get<std::string>().find("momentum"), std::string::npos);
+}
+
+TEST_F(Cli, BenchesAndReports) {
+  const std::string json = path("bench.json");
+  const Outcome outcome =
+      run({"bench", "--kernel", "fluid/advance", "--scene", "scenes/fluid/single.toml", "--threads", "1", "--json", json});
+  ASSERT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+  const auto report = nlohmann::json::parse(read_bytes(json));
+  expect_machine(report);
+  std::set<std::string> variants;
+  for (const auto& row : report["rows"]) {
+    expect_fields(row, {"kernel", "form", "scene", "variant", "threads", "lanes", "cores", "ms", "least_ms", "spread", "items", "unit",
+                        "items_per_s", "bytes", "flops"});
+    EXPECT_GT(row["least_ms"].get<double>(), 0);
+    EXPECT_LE(row["least_ms"].get<double>(), row["ms"].get<double>());
+    EXPECT_GT(row["cores"].get<double>(), 0);
+    variants.insert(row["variant"].get<std::string>());
+  }
+  EXPECT_EQ(variants, (std::set<std::string>{"serial", "openmp"}));
+}
+
+}  // namespace
+}  // namespace lockstep
