@@ -242,7 +242,7 @@ TEST(scale, what_is_computed_is_what_that_many_threads_compute) {
   EXPECT_EQ(std::set(by.begin(), by.end()).size(), 64u);
 }
 
-// A call to the runtime that record.cpp does not stand before would run past the model.
+// A call to the runtime that record_wraps.cpp does not wrap would go unseen by the model.
 TEST(scale, every_call_to_the_runtime_is_known) {
   std::ifstream makefile("Makefile");
   std::stringstream text;

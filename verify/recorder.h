@@ -1,0 +1,282 @@
+// A team of any size on the machine's cores, one member at a time: the Recorder answers the kernels' calls to OpenMP's runtime
+// (record_wraps.cpp) and notes what each member did between the calls.
+#pragma once
+
+#include <omp.h>
+#include <sys/mman.h>
+#include <ucontext.h>
+
+#include <algorithm>
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <new>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "verify/record.h"
+
+extern "C" {
+void __real_omp_set_lock(omp_lock_t* lock);
+void __real_omp_unset_lock(omp_lock_t* lock);
+}
+
+namespace lockstep::verify {
+
+// A stack as large as those that OpenMP gives its threads. Pages that are never touched cost nothing.
+class Stack {
+ public:
+  Stack() : at_(mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE | MAP_STACK, -1, 0)) {
+    if (at_ == MAP_FAILED) throw std::bad_alloc();
+  }
+  ~Stack() { munmap(at_, size); }
+  Stack(const Stack&) = delete;
+  Stack& operator=(const Stack&) = delete;
+  void* begin() const { return at_; }
+  static constexpr std::size_t size = 8 << 20;
+
+ private:
+  void* at_;
+};
+
+struct Member {
+  Stack stack;
+  ucontext_t context;
+  enum { ready, waiting, done } state;
+  double worked;       // ns of work in this region; after a barrier, the largest of all members
+  std::size_t shared;  // number of loops, sections and singles met in this region
+};
+
+// The iterations left of a loop, a list of sections or a single that a team shares out.
+struct SharedWork {
+  long next, end, step, chunk;
+
+  bool take(long& first, long& last) {
+    if (step > 0 ? next >= end : next <= end) return false;
+    first = next;
+    last = next = step > 0 ? std::min(end, next + chunk * step) : std::max(end, next + chunk * step);
+    return true;
+  }
+};
+
+// The first `cores` members. They are kept from record to record, as OpenMP keeps its threads: the first touch of a stack's
+// pages is expensive.
+inline std::span<const std::unique_ptr<Member>> team(int cores) {
+  static std::vector<std::unique_ptr<Member>> members;
+  while (std::ssize(members) < cores) members.push_back(std::make_unique<Member>());
+  return std::span(members).first(cores);
+}
+
+// An OpenMP thread that members run on. Each core's caches then hold the data of its own members, and data that other members
+// wrote comes from another core, as in a real run. Only one host runs at a time. The first host makes the record.
+class Host {
+ public:
+  // Runs m until it yields or ends.
+  void run(Member& m) {
+    turn_.store(&m, std::memory_order_release);
+    while (turn_.load(std::memory_order_acquire)) pause();
+  }
+  // Runs members when it is this thread's turn, until `all_done`. The thread spins between turns: if it slept, the system might
+  // run something else on its core, or move the thread.
+  void serve(const std::atomic<bool>& all_done) {
+    while (!all_done.load(std::memory_order_acquire)) {
+      if (Member* const m = turn_.load(std::memory_order_acquire)) {
+        swapcontext(&scheduler_, &m->context);
+        turn_.store(nullptr, std::memory_order_release);
+      } else {
+        pause();
+      }
+    }
+  }
+  ucontext_t* scheduler() { return &scheduler_; }
+
+ private:
+  static void pause() {
+#if defined(__x86_64__)
+    __builtin_ia32_pause();
+#endif
+  }
+
+  ucontext_t scheduler_;
+  std::atomic<Member*> turn_ = nullptr;  // the member to run; null when it has run
+};
+
+class Recorder {
+ public:
+  Recorder(int cores, double (*clock)(), double clock_ns, Locks locks)
+      : clock_(clock), clock_ns_(clock_ns), locks_(locks), members_(team(cores)), hosts_(std::min(cores, omp_get_num_procs())) {
+    record_.cores = cores;
+  }
+
+  int hosts() const { return static_cast<int>(hosts_.size()); }
+  Host& host(int h) { return hosts_[h]; }
+
+  Record make(const std::function<void()>& work) {
+    resumed_ = clock_();
+    work();
+    record_.serial_ns.push_back(stretch());
+    return std::move(record_);
+  }
+
+  int cores() const { return record_.cores; }
+  bool alone() const { return running_ < 0 || nested_ > 0; }
+  int thread() const { return alone() ? 0 : running_; }
+
+  // Runs a region. `first` is the work that the region shares out from its beginning, if any.
+  void parallel(void (*region)(void*), void* data, unsigned threads, std::optional<SharedWork> first) {
+    if (running_ >= 0 || threads == 1) {
+      const SharedWork outer = alone_;
+      if (first) alone_ = *first;
+      ++nested_;
+      region(data);
+      --nested_;
+      alone_ = outer;
+      return;
+    }
+    record_.serial_ns.push_back(stretch());
+    record_.regions.emplace_back(cores());
+    shared_.clear();
+    if (first) shared_.push_back(*first);
+    region_ = region;
+    data_ = data;
+    for (int i = 0; i < cores(); ++i) {
+      Member& m = *members_[i];
+      m.state = Member::ready, m.worked = 0, m.shared = shared_.size();
+      getcontext(&m.context);
+      m.context.uc_stack.ss_sp = m.stack.begin();
+      m.context.uc_stack.ss_size = Stack::size;
+      m.context.uc_link = host_of(i).scheduler();
+      makecontext(&m.context, run_member, 0);
+    }
+    while (const std::optional<int> next = next_member()) {
+      running_ = *next;
+      Host& host = host_of(running_);
+      if (&host == &hosts_.front())
+        swapcontext(host.scheduler(), &members_[running_]->context);
+      else
+        host.run(*members_[running_]);
+    }
+    running_ = -1;
+    resumed_ = clock_();
+  }
+
+  void barrier() {
+    if (alone()) return;
+    end_work();
+    add({Event::barrier});
+    yield(Member::waiting);
+  }
+
+  // The next chunk of the thread's current loop or list of sections. Members that have worked less take their chunks first.
+  bool next_chunk(long& first, long& last) {
+    if (alone()) return alone_.take(first, last);
+    const std::size_t which = members_[running_]->shared - 1;
+    end_work();
+    add({Event::dispatch, 0, reinterpret_cast<const void*>(which)});
+    yield(Member::ready);
+    return shared_[which].take(first, last);
+  }
+
+  bool loop_start(const SharedWork& loop, long& first, long& last) {
+    meet(loop);
+    return next_chunk(first, last);
+  }
+
+  unsigned next_section() {
+    long section, end;
+    return next_chunk(section, end) ? section : 0;
+  }
+
+  // Whether this thread is the one that executes the single.
+  bool single() { return meet({}); }
+
+  void set(omp_lock_t* lock) {
+    note(Event::lock, lock);
+    __real_omp_set_lock(lock);
+  }
+  void unset(omp_lock_t* lock) {
+    __real_omp_unset_lock(lock);
+    note(Event::unlock, lock);
+  }
+
+ private:
+  // What each member runs on its own stack: the region, to its end.
+  static void run_member();
+  Host& host_of(int member) { return hosts_[member % hosts_.size()]; }
+
+  // Enters the next shared construct. Returns whether this thread is the first to do so; the construct then starts as `fresh`.
+  bool meet(const SharedWork& fresh) {
+    if (alone()) {
+      alone_ = fresh;
+      return true;
+    }
+    const bool first = members_[running_]->shared++ == shared_.size();
+    if (first) shared_.push_back(fresh);
+    return first;
+  }
+
+  double stretch() const { return std::max(0., clock_() - resumed_ - clock_ns_); }
+  void add(const Event& event) { record_.regions.back()[running_].push_back(event); }
+  void end_work() {
+    const double ns = stretch();
+    members_[running_]->worked += ns;
+    if (ns > 0) add({Event::work, ns});
+  }
+
+  void note(Event::Kind kind, const void* which) {
+    if (running_ < 0 || locks_ == Locks::left_out) return;
+    end_work();
+    add({kind, 0, which});
+    resumed_ = clock_();
+  }
+
+  void yield(decltype(Member::state) state) {
+    Member& m = *members_[running_];
+    m.state = state;
+    swapcontext(&m.context, host_of(running_).scheduler());
+    resumed_ = clock_();
+  }
+
+  // The ready member that has worked least. If all wait at a barrier, the barrier opens first. None when all are done.
+  std::optional<int> next_member() {
+    const auto least = [&]() -> std::optional<int> {
+      std::optional<int> found;
+      for (int i = 0; i < cores(); ++i)
+        if (members_[i]->state == Member::ready && (!found || members_[i]->worked < members_[*found]->worked)) found = i;
+      return found;
+    };
+    if (const auto found = least()) return found;
+    double latest = 0;
+    for (const auto& m : members_) latest = std::max(latest, m->worked);
+    for (const auto& m : members_)
+      if (m->state == Member::waiting) m->state = Member::ready, m->worked = latest;
+    return least();
+  }
+
+  double (*clock_)();
+  double clock_ns_, resumed_;
+  Locks locks_;
+  Record record_;
+  std::span<const std::unique_ptr<Member>> members_;
+  std::vector<SharedWork> shared_;
+  SharedWork alone_ = {};  // the current shared work outside regions and in regions of one thread
+  int running_ = -1;       // index of the running member; -1 outside regions
+  int nested_ = 0;         // depth of regions of one thread
+  void (*region_)(void*) = nullptr;
+  void* data_ = nullptr;
+  std::vector<Host> hosts_;
+};
+
+inline Recorder* recorder = nullptr;  // the one in use while a record is being made
+
+inline void Recorder::run_member() {
+  Recorder& r = *recorder;
+  r.resumed_ = r.clock_();
+  r.region_(r.data_);
+  r.end_work();
+  r.members_[r.running_]->state = Member::done;
+}
+
+}  // namespace lockstep::verify
