@@ -189,7 +189,7 @@ TEST_F(SceneTest, RefusesWhatIsTooBig) {
   // 500,000,000 particles, which need 132 bytes each and 163.2 for lists of neighbours, while 1 GB of address space is left.
   const Limit limit(RLIMIT_AS, address_space() + 1'000'000'000);
   const std::string message = error(head + block + "[[block]]\nmin = [0, 0, 0]\nmax = [1, 1, 0.5]\nspacing = 0.001\n");
-  EXPECT_EQ(message.rfind("a.toml:6:1: simulating 500000024 particles in 4725 cells needs 147600 MB", 0), 0u) << message;
+  EXPECT_EQ(message.rfind("a.toml:6:1: simulating 500000024 particles in 4725 cells needs 155600 MB", 0), 0u) << message;
 }
 
 }  // namespace
