@@ -27,7 +27,9 @@ Factor<Real> incomplete_cholesky(const Rows<Real>& a, const Levels& levels, Modi
 }
 
 void solve(const SlicedFactor& factor, std::span<const Real> r, std::span<Real> z) {
-  const auto& [lower, upper, inverse, first_slice] = factor;
+  const SlicedRows &lower = factor.lower, &upper = factor.upper;
+  const Array<float>& inverse = factor.inverse;
+  const Array<std::int32_t>& first_slice = factor.first_slice;
   const int levels = static_cast<int>(first_slice.size()) - 1;
 #pragma omp parallel
   {

@@ -15,7 +15,8 @@ Factor<Real> incomplete_cholesky(const Rows<Real>& a, Modification modification)
 }
 
 void solve(const Factor<Real>& factor, std::span<const Real> r, std::span<Real> z) {
-  const auto& [lower, upper, inverse] = factor;
+  const Rows<Real>&lower = factor.lower, &upper = factor.upper;
+  const Array<Real>& inverse = factor.inverse;
   for (int i = 0; i < lower.rows; ++i) {
     Real sum = r[i];
     for (int k = lower.begin[i]; k < lower.begin[i + 1]; ++k) sum -= lower.value[k] * z[lower.column[k]];
