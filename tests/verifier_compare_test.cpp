@@ -109,7 +109,7 @@ TEST(WithinBound, ReportsTheWorstByItsOwnBound) {
   EXPECT_EQ(bad.worst_at, "element 1: openmp 3, serial 2");
 }
 
-// What is no number is the worst of all, whatever comes after it.
+// NaN is the worst of all, whatever comes after it.
 TEST(WithinBound, ReportsWhatIsNoNumber) {
   const Judgement judgement = compare_bounded({1, nan, 3.5, 4}, {1, 2, 3, 4}, {1, 2, 3, 4}, {1, 1, 1, 1});
   EXPECT_FALSE(judgement.passed);

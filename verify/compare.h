@@ -51,7 +51,7 @@ inline void within_bound(Judgement& judgement, std::span<const float> openmp, st
                          std::span<const double> rounding, const ElementName& name) {
   const auto ratio = [](double error, double bound) {
     if (error == 0 && bound >= 0) return 0.;
-    return error / bound >= 0 ? error / bound : std::numeric_limits<double>::infinity();  // what is no number is worst
+    return error / bound >= 0 ? error / bound : std::numeric_limits<double>::infinity();  // NaN is worst
   };
   for (std::size_t k = 0; k < truth.size(); ++k) {
     const double error = std::abs(openmp[k] - truth[k]);

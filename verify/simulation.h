@@ -22,7 +22,7 @@ struct Simulation {
   std::function<void(const std::string& path)> write_state;  // as one file
   std::vector<std::string> state_formats;                    // how the name of that file may end; none if there is no such format
   std::vector<Kept> state;                                   // what the next step needs of the last; none if there is but one step
-  std::function<std::string()> fault;                        // the first element that is no number or has got out; "" if there is none
+  std::function<std::string()> fault;                        // the first element that is not finite or out of bounds; "" if none is
   std::function<std::string()> summary;                      // of the run, for people; may be absent
 };
 

@@ -50,7 +50,7 @@ Simulation simulation(const RunOptions& options) {
             // Walls push back, from the step after the one in which a particle came through: it is out by no more than what they give way
             // and what it moves in a step.
             const auto within = [&](float x, float least, float most, float give) { return x >= least - give && x <= most + give; };
-            return first_fault("particle ", p.count, " is no number or through a wall", [&](int i) {
+            return first_fault("particle ", p.count, " is not finite or through a wall", [&](int i) {
               const Vectors<float>&x = p.position, &v = p.velocity, &half = p.half_velocity;
               const Vector3<float> move = model.time_step * Vector3<float>{half.x[i], half.y[i], half.z[i]};
               const float give = model.walls ? model.smoothing_length + std::sqrt(dot(move, move)) : std::numeric_limits<float>::max();

@@ -71,7 +71,7 @@ Simulation simulation(const RunOptions& options) {
       .fault =
           [state] {
             const Array<float>& d = state->signed_distance.value;
-            return first_fault("point ", static_cast<int>(d.size()), " is no number",
+            return first_fault("point ", static_cast<int>(d.size()), " is NaN",
                                [&](int i) { return !std::isnan(d[i]); });
           },
       .summary = nullptr,

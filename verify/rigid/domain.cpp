@@ -66,7 +66,7 @@ Simulation simulation(const RunOptions& options) {
               return std::ranges::all_of(planes,
                                          [&](const auto& plane) { return dot(matrix_of(plane.orientation).y, x - plane.position) >= 0; });
             };
-            return first_fault("body ", bodies.count, " is no number or below a plane", [&](int i) {
+            return first_fault("body ", bodies.count, " is not finite or below a plane", [&](int i) {
               const rigid::Quaternion<float>& q = bodies.pose[i].orientation;
               return finite(bodies.pose[i].position) && finite({q.x, q.y, q.z}) && std::isfinite(q.w) &&
                      finite(bodies.motion[i].velocity) && finite(bodies.motion[i].angular_velocity) &&
