@@ -156,6 +156,19 @@ TEST(ParallelBatches, OfChains) {
   expect_the_same(shuffled, "chain in any order");
 }
 
+// Eight million objects: 512 MB for what is known of them, and 268 MB for what eight threads count.
+TEST(ParallelBatches, ThrowWhereMemoryEnds) {
+  const auto run = [](const Graph& graph) {
+    openmp::make_batches_in_parallel(graph.a, graph.b, graph.movable, [](int i) { return i; });
+  };
+  omp_set_num_threads(8);
+  Graph graph(1 << 23);
+  graph.join(0, 1);
+  run(Graph(16));  // starts the threads
+  const Limit limit(RLIMIT_AS, address_space() + 620'000'000);
+  EXPECT_THROW(run(graph), std::bad_alloc);
+}
+
 TEST(ParallelBatches, OfConstraintsBetweenTheSameTwo) {
   Graph graph(40);
   for (int k = 0; k < 1500; ++k) graph.join(k % 20, 20 + k % 20), graph.join(20 + k % 20, k % 20);

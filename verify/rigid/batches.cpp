@@ -28,6 +28,7 @@ Case batches_case(const std::string& path, ReorderContacts<float>* openmp) {
       .serial = with(rigid::serial::batches),
       .best_serial = nullptr,
       .openmp = with(openmp),
+      .compare = nullptr,
       .work = {n, "contacts", n * 20, 0},
   });
 }

@@ -62,6 +62,7 @@ Case solver_case(const std::string& path, bool reordered) {
       .serial = reordered ? batched(in, serial::contact_solver_batches) : serial_original,
       .best_serial = reordered ? serial_original : nullptr,
       .openmp = reordered ? batched(in, openmp::contact_solver_batches) : original(in, openmp::contact_solver_original),
+      .compare = nullptr,
       .work = {rows, "rows", contacts * (bytes_of_manifold + 2 * sizeof(Impulses<float>)), rows * 75,
                reordered ? lanes_in_use(sizes_of(in->now.batches)) : 0},
   });

@@ -23,6 +23,7 @@ Case integrate_case(const std::string& path) {
       .serial = with(serial::integrate),
       .best_serial = nullptr,
       .openmp = with(openmp::integrate),
+      .compare = nullptr,
       .work = {n, "bodies", n * 6 * bytes_of_pose, n * 350},
   });
 }

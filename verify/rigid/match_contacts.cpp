@@ -31,6 +31,7 @@ Case match_case(const std::string& path) {
       .serial = with(serial::match_contacts),
       .best_serial = nullptr,
       .openmp = with(openmp::match_contacts),
+      .compare = nullptr,
       .work = {n, "contacts", n * 2 * (bytes_of_manifold + sizeof(Impulses<float>)), 0},
   });
 }

@@ -33,6 +33,7 @@ Case place_case(const std::string& path) {
       .serial = with(serial::place_colliders),
       .best_serial = nullptr,
       .openmp = with(openmp::place_colliders),
+      .compare = nullptr,
       .work = {n, "colliders", n * (3 * bytes_of_pose + bytes_of_box), n * 120},
   });
 }

@@ -36,6 +36,7 @@ Case step_case(const std::string& path, Step<float>* serial, Step<float>* openmp
       .serial = with(serial),
       .best_serial = nullptr,
       .openmp = with(openmp),
+      .compare = nullptr,
       .work = {n, "bodies", n * 6 * bytes_of_pose, 75 * rows_of(*in)},
   });
 }
