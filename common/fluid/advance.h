@@ -1,11 +1,11 @@
-// Contract: one leapfrog step, then what came out through a wall is put back,
+// Contract: one leapfrog step; particles that went through a wall are mirrored at it,
 //
 //   half_velocity += a dt,  p += half_velocity dt,  velocity = mean of the half velocities before and after;
 //   a particle that began the step in a cell at a wall and ends beyond that wall is mirrored at it, and that component of
 //   both its velocities is negated (where model.walls is true).
 //
 // In:      grid (shape only), acceleration[i], m/s^2.
-// In, out: particles, which stand as they did when grid was rebuilt.
+// In, out: particles, at the positions that grid was rebuilt for.
 // Source:  [LRB08] Figure 7, "Advance Particles"; notes/fluid.md.
 #pragma once
 

@@ -2,7 +2,7 @@
 // wall than wall_reach, by depth > wall_min_depth, is accelerated inwards by wall_stiffness * depth and slowed by
 // wall_damping * velocity. Does nothing where model.walls is false.
 //
-// In:      particles as they stood when grid was rebuilt.
+// In:      particles, at the positions that grid was rebuilt for.
 // In, out: acceleration[i] for i < count, m/s^2.
 // Source:  [LRB08] Figure 7, "Process Collisions"; notes/fluid.md.
 #pragma once

@@ -3,10 +3,12 @@
 //   density_i = density_coefficient * sum over j with |p_i - p_j| < h, i itself among them, of (h^2 - |p_i - p_j|^2)^3
 //
 // In:      particles in cell order, with grid.cell_begin to match (rebuild_grid).
-// Out:     neighbours, by the owner-gather forms: everyone within h, in no order that callers may rely on. The symmetric forms
-//          leave them alone.
-//          density[i] for i < count, kg/m^3; the array holds padded(count) elements.
-// Errors:  InputError, from the owner-gather forms, where particles crowd so that lists cannot hold them (neighbours.h).
+// Out:     density[i] for i < count, kg/m^3; the array holds padded(count) elements.
+//          neighbours, which the forces read. owner_gather: `row` and `end`, all particles within h of each. pair_lists: `plane`,
+//          `distance_2` and `end`, each pair within h once. The symmetric forms leave them alone. In no order to rely on.
+// Scratch: neighbours.scratch, of openmp pair_lists.
+// Errors:  owner_gather and pair_lists throw InputError where particles crowd so that lists cannot hold them (require_lists_fit,
+//          neighbours.h). All openmp forms throw std::bad_alloc where memory runs out; density and neighbours are then unspecified.
 // Source:  the poly6 kernel of [Mueller 2003]; [LRB08] "Game Fluids via SPH" and Figure 9; notes/fluid.md.
 #pragma once
 
@@ -31,7 +33,7 @@ namespace openmp {
 Densities<float> densities_cell_locks;    // symmetric, every update of a cell under that cell's lock
 Densities<float> densities_sub_grid;      // symmetric, locks only for cells that two threads' sub-grids touch
 Densities<float> densities_owner_gather;  // each particle sums its own neighbours: twice the tests, no lock
-Densities<float> densities_pair_lists;    // symmetric, a plane of cells at a time in scratch of its own: no lock
+Densities<float> densities_pair_lists;    // symmetric, each plane of cells in its own scratch: no lock
 }  // namespace openmp
 
 }  // namespace lockstep::fluid

@@ -6,8 +6,11 @@
 // with d = sqrt(max(r^2, min_distance_2)). The term of (j, i) is minus that of (i, j), so momentum is conserved.
 //
 // In:      particles in cell order, with grid.cell_begin to match (rebuild_grid), and their densities.
-//          neighbours, of the owner-gather forms: as densities_owner_gather left them. Their record is scratch.
+//          neighbours, of owner_gather and pair_lists: the lists that the densities of the same form left. The symmetric forms do
+//          not look at them.
 // Out:     acceleration[i] for i < count, m/s^2.
+// Scratch: neighbours.scratch, of openmp owner_gather and pair_lists.
+// Errors:  all openmp forms but owner_gather throw std::bad_alloc where memory runs out; acceleration is then unspecified.
 // Source:  [Mueller 2003] with the symmetrised terms of notes/fluid.md; [LRB08] "Thread Synchronization", Figure 9.
 #pragma once
 
@@ -32,8 +35,7 @@ namespace openmp {
 Forces<float> forces_cell_locks;    // symmetric, every update of a cell under that cell's lock
 Forces<float> forces_sub_grid;      // symmetric, locks only for cells that two threads' sub-grids touch
 Forces<float> forces_owner_gather;  // each particle sums its own neighbours: twice the terms, no lock
-Forces<float>
-    forces_pair_lists;  // symmetric over the pairs that the densities noted; a plane of cells at a time in scratch of its own: no lock
+Forces<float> forces_pair_lists;    // symmetric over the densities' lists, each plane of cells in its own scratch: no lock
 }  // namespace openmp
 
 }  // namespace lockstep::fluid

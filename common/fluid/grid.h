@@ -104,7 +104,7 @@ auto cell_of(const Grid<Real>& grid, const Vector3<Number>& p) {
 
 // The grid of a model's domain: as many cells as fit along each axis with cells at least h wide, one where h is wider than
 // the domain. Cells are kept wider than h by more than the rounding of a cell coordinate, so that it cannot separate
-// neighbours. cell_begin is allocated; rebuild_grid fills it.
+// neighbours. Allocates cell_begin; rebuild_grid fills it.
 template <class Real>
 Grid<Real> make_grid(const Model<Real>& model) {
   const auto cut = [&](Real min, Real max) -> Axis<Real> {

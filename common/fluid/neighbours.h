@@ -1,4 +1,4 @@
-// Who lies within h of whom: found once a frame, by the densities, and used again by the forces.
+// Lists of neighbours, particles within h of each other: the densities make them once a frame, and the forces use them.
 #pragma once
 
 #include <algorithm>
@@ -44,9 +44,9 @@ Neighbours<Real> make_neighbours(const Grid<Real>& grid, int particles) {
   return neighbours;
 }
 
-// Asks, before a list is written, that they all fit: a particle's list is as long as there are particles within h, and if all
-// of them crowd into one cell that is all of them. Throws InputError where a plane's lists might pass what int32 counts, or all
-// of them the machine's memory; the symmetric forms, which keep no lists, can still run such a state.
+// Throws InputError, before a list is written, where the lists of a plane might have more entries than int32 counts, or all lists might
+// take more memory than there is. A list has as many entries as there are particles within h: if all particles crowd into one cell, all
+// of them. The symmetric forms keep no lists and can run such a state.
 template <class Real>
 void require_lists_fit(const Grid<Real>& grid) {
   constexpr double entry = sizeof(std::int32_t), surely_fits = 1e9;

@@ -4,6 +4,7 @@
 // Out:     particles stably sorted by cell: by cell index, and within a cell in the order they came in.
 //          grid.cell_begin[c] .. cell_begin[c + 1] is the run of cell c.
 // Scratch: sorted, of the same count; its content afterwards is unspecified.
+// Errors:  std::bad_alloc before any particle moves; limits.h counts what the sort allocates.
 // Source:  [LRB08] "Game Fluids via SPH", Figure 3; "Thread Synchronization and software locks" for the linked lists.
 #pragma once
 

@@ -1,7 +1,7 @@
-// One leapfrog step, then what came out through a wall is put back.
+// One leapfrog step; particles that went through a wall are mirrored at it.
 //
-// Velocities at half steps move the positions at whole steps, which costs no more than Euler's method and is second order.
-// The three axes know nothing of each other, so each is one loop over three arrays.
+// Velocities at half steps move positions at whole steps: the cost of Euler's method, and second order. The axes are independent of each
+// other, so each is one loop over three arrays.
 //
 // Source: [LRB08] Figure 7, "Advance Particles". The contract stands in common/fluid/advance.h.
 #include "common/fluid/advance.h"

@@ -1,5 +1,5 @@
-// The candidates of a cell or a block of cells, packed: what may lie within h of its particles, copied from up to nine runs into one. No
-// serial twin: a serial loop reads the runs where they are.
+// The candidates of a cell or a block of cells: the particles that may lie within h of its own, packed from up to nine runs into one. No
+// serial twin: a serial loop reads the runs in place.
 //
 // The runs of a cell hold about 15 particles each, so lanes that walked them one by one would end nine times in a part-filled
 // vector. Packed once, the candidates serve all particles of the cell as full vectors, from the first-level cache.
@@ -24,7 +24,7 @@ struct Candidates {
   Array<float> sum;  // for the caller
   int count = 0;
 
-  // What fills up the last vector: no comparison with it is true, so it is within h of no particle, wherever that is.
+  // Fills up the last vector. Comparisons with NaN are false, so it is within h of no particle.
   static constexpr float nowhere = std::numeric_limits<float>::quiet_NaN();
 
   struct Pointers {
@@ -44,9 +44,9 @@ struct Candidates {
   // One component is enough.
   void end_with_nowhere() { store(&x[count], floatv(nowhere)); }
 
-  // Of the particles in `runs`, those within h of the box around the particles `own`: all that may be within h of one of these.
-  // The distance to the box is computed as the distance to a particle is, only from smaller differences, and rounding keeps order: it
-  // never comes out larger.
+  // Packs those particles of `runs` that are within h of the box around the particles `own`: all that may be within h of one of them.
+  // The distance to the box is computed like the distance to a particle, from smaller differences. Rounding is monotonic, so it never
+  // comes out larger.
   void pack_near(const Run& own, const Runs& runs, const Vectors<float>& position, float h2) {
     constexpr float infinite = std::numeric_limits<float>::infinity();
     Vector3<float> low = {infinite, infinite, infinite}, high = {-infinite, -infinite, -infinite};

@@ -3,23 +3,23 @@
 // Symmetric, under locks: every pair is met once, and its term goes to both particles, as in serial/. Sixteen neighbours j
 // of one particle i are tested at once; they are different particles that stand side by side, so their densities are
 // updated by one masked load, add and store. The grid is cut into one sub-grid a thread (sub_grids.h), and a cell that two
-// threads may update is updated under its lock, taken once for all pairs of two cells. The order in which threads come to
-// a shared cell changes the rounding: these forms alone depend on timing.
+// threads may update is updated under its lock, taken once for all pairs of two cells. The order in which threads reach a
+// shared cell changes the rounding: only these forms depend on timing.
 //
-// Owner-gather: every particle looks at all 27 cells and sums for itself. The candidates of a cell are packed once, side by
-// side, so that all particles of the cell test full vectors of them. No lock, and the same bits at every thread count. Whom it
-// found it notes, the lanes that hit moved together, so that the forces need not look again and get vectors that are full.
+// Owner-gather: every particle tests all 27 cells and sums for itself. The candidates of a cell are packed once, side by
+// side, so that all particles of the cell test full vectors of them. No lock, and the same bits at every thread count. The neighbours
+// found are compressed into lists, so that the forces need no search and work on full vectors.
 //
 // Pair lists: every pair is met once, without locks. The pairs of the particles of plane z of cells with what follows them in
-// cell order reach planes z and z + 1 and no others, and the particles of both stand side by side. Whoever works on a plane adds up in
-// scratch of its own for these two; what came out for plane z goes to one array, what came out for plane z + 1 to another, `reaction`:
+// cell order reach planes z and z + 1 only, and the particles of both stand side by side. The thread of plane z sums in its own scratch
+// for these two planes. The sums of plane z go to one array, those of plane z + 1 to another, `reaction`:
 //
 //     plane z - 1    own z - 1   reaction z                   So every element of both arrays is written once,
 //     plane z                    own z       reaction z + 1   and a particle's total is own + reaction.
 //
-// Two planes fit a core's own cache, which is where the adding happens. The same bits at every thread count. Candidates are packed
-// as for owner-gather, but only those that are near, and once for a block of two cells: that halves the packing, which costs as much as the
-// tests do, and adds few candidates to test.
+// The scratch of two planes fits a core's own cache. The same bits at every thread count. Candidates are packed as for owner-gather, but
+// only those within h of the block's box, and once for a block of two cells: that halves the packing, which costs as much as the tests,
+// and adds few candidates.
 //
 // About 15 % of the pairs tested lie within h; the rest are lanes that add zero. notes/fluid.md says what that costs.
 //
@@ -90,21 +90,21 @@ void densities_symmetric(const Model<Real>& model, const Grid<Real>& grid, const
   failure.rethrow();
 }
 
-// Room in a list for n neighbours, written a whole vector at a time; what it grows by is zero, the index of a particle there is.
+// Room in a list for n neighbours, written a whole vector at a time. New elements are zero, the index of a particle.
 template <class T>
 void make_room(Array<T>& list, std::size_t n) {
   if (list.size() < padded(n)) list.resize(2 * padded(n));
 }
 
-// Where pairs are noted, see neighbours.h.
+// Where pairs are written (neighbours.h).
 struct Lists {
   std::int32_t* list;
   Real* distance_2;
   std::int32_t* end;
 };
 
-// Tests the particles of a block of cells with what its candidates hold that comes later in cell order, so that each pair is met once.
-// Notes the pairs from `end` on and returns where they end; adds their terms to sum_of both particles.
+// Tests the particles of a block of cells against those of its candidates that come later in cell order, so that each pair is met once.
+// Writes the pairs from entry `end` on and returns the new end; adds their terms to sum_of of both particles.
 int find_pairs(const Run own, Candidates& candidates, const Vectors<Real>& position, const Real h2, const Lists to, int end, Real* sum_of) {
   // Held in registers: to the compiler, the stores below could change what arrays point to.
   const auto [cx, cy, cz, index, count] = candidates.pointers();

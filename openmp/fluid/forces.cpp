@@ -1,20 +1,20 @@
 // The acceleration of every particle by pressure and viscosity of its neighbours within h, and by gravity.
 //
-// Symmetric, under locks: every pair is met once; what it gives to one particle it takes from the other. Sixteen neighbours j
+// Symmetric, under locks: every pair is met once; its term is added to one particle and subtracted from the other. Sixteen neighbours j
 // of one particle i at once; sub-grids and locks are as in densities.cpp, and so is the dependence on timing.
 //
-// Owner-gather: every particle meets all its neighbours, in the list that the densities left, sixteen at once, and sums for
-// itself. List entries are scattered over memory, so what a pair needs of a particle is first put side by side: one access a
-// neighbour instead of seven, turned into lanes by shuffles. No lock, and the same bits at every thread count.
+// Owner-gather: every particle sums over its own list of neighbours, which the densities left, sixteen at once. Neighbours are scattered
+// over memory, so each particle's numbers are first packed into a record: one access a neighbour instead of seven, turned into lanes by
+// shuffles. No lock, and the same bits at every thread count.
 //
 // Pair lists: every pair is met once, without locks. The pairs of the particles of plane z of cells with what follows them in
-// cell order reach planes z and z + 1 and no others, and the particles of both stand side by side. Whoever works on a plane adds up in
-// scratch of its own for these two; what came out for plane z goes to one array, what came out for plane z + 1 to another, `reaction`:
+// cell order reach planes z and z + 1 only, and the particles of both stand side by side. The thread of plane z sums in its own scratch
+// for these two planes. The sums of plane z go to one array, those of plane z + 1 to another, `reaction`:
 //
 //     plane z - 1    own z - 1   reaction z                   So every element of both arrays is written once,
 //     plane z                    own z       reaction z + 1   and a particle's total is own + reaction.
 //
-// Particles are bodies in that scratch, bodies.h.
+// The particles of the scratch are bodies (bodies.h).
 //
 // Source: [Mueller 2003]; [LRB08] Figure 9. The contract with the equation stands in common/fluid/forces.h.
 #include "common/fluid/forces.h"

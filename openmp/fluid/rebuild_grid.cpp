@@ -5,9 +5,9 @@
 // contiguous and taken in order the sort stays stable, whatever the number of threads. A part has a histogram of all cells: where cells
 // are many and particles few there are fewer parts than threads, so that memory and work do not grow with threads x cells.
 //
-// Linked lists: the paper's. Threads push particles on per-cell lists, each under its cell's lock. What order a list ends up
-// in depends on who came first, so each cell's few particles are put back in their incoming order when it is emptied: the
-// result does not depend on timing after all.
+// Linked lists: the paper's. Threads push particles on per-cell lists, each under its cell's lock. The order within a list depends on
+// timing. So each cell's few particles are sorted into their incoming order when its list is emptied, and the result does not depend on
+// timing.
 //
 // Source: [LRB08] "Thread Synchronization and software locks". The contract stands in common/fluid/rebuild_grid.h.
 #include "common/fluid/rebuild_grid.h"

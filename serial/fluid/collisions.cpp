@@ -1,7 +1,7 @@
-// Walls push back on the particles that are about to come too near.
+// Walls push back particles that are about to come too near.
 //
-// Only the particles in a cell at a wall are asked, and by where they will be, not where they are: a stiff spring over the
-// last fifth of a millimetre, and a damper. Particles do not touch one another here, so the loop is as simple as it looks.
+// Only particles in a cell at a wall are tested, at the position of the next step: a stiff spring over the last fifth of a millimetre, and
+// a damper. Particles do not touch one another here.
 //
 // Source: [LRB08] Figure 7, "Process Collisions". The contract stands in common/fluid/collisions.h.
 #include "common/fluid/collisions.h"

@@ -1,13 +1,12 @@
 // The density at every particle, from the poly6 kernel over its neighbours within h.
 //
-// Symmetric: every pair is met once, and its term goes to both particles. A cell looks at itself and at the half of its
+// Symmetric: every pair is met once, and its term goes to both particles. A cell is tested against itself and the half of its
 // neighbours that follow it in cell order (forward_runs), so no pair is met twice. This is what both papers parallelise.
 //
-// Owner-gather: every particle looks at all 27 cells and sums for itself. Twice the distance tests, but each particle is
-// written by one owner only, which is what lets openmp/ do without locks. Whom it found it notes, so that the forces need
-// not look again.
+// Owner-gather: every particle tests all 27 cells and sums for itself. Twice the distance tests, but each particle is written by its owner
+// alone, so openmp/ needs no locks. The neighbours found go to lists, so that the forces need no search.
 //
-// Pair lists: symmetric, and the pairs found are noted with their distances, so that the forces need not look again either.
+// Pair lists: symmetric, and the pairs found go to lists with their distances, so that the forces need no search either.
 //
 // About 15 % of the pairs tested lie within h: a sphere of radius h fills that much of 27 cells of edge h.
 //

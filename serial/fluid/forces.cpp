@@ -1,9 +1,8 @@
 // The acceleration of every particle by pressure and viscosity of its neighbours within h, and by gravity.
 //
-// Symmetric: every pair is met once (see densities.cpp); what it gives to one particle it takes from the other.
-// Owner-gather: every particle meets all its neighbours, in the list that the densities left, and sums for itself: twice the
-// terms.
-// Pair lists: symmetric over the pairs that the densities noted.
+// Symmetric: every pair is met once (densities.cpp); its term is added to one particle and subtracted from the other.
+// Owner-gather: every particle sums over its own list of neighbours, which the densities left: twice the terms.
+// Pair lists: symmetric over the densities' lists of pairs.
 //
 // Source: [Mueller 2003]; [LRB08] Figure 9. The contract with the equation stands in common/fluid/forces.h.
 #include "common/fluid/forces.h"

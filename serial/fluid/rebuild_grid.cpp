@@ -1,6 +1,6 @@
 // Puts the particles in cell order by a counting sort.
 //
-// Three passes: count the particles of each cell; sum the counts, so that every cell knows where its run begins; copy each
+// Three passes: count the particles of each cell; sum the counts, which gives the begin of every cell's run; copy each
 // particle to the next free place of its cell's run. Walking the particles in the order they came in makes the sort stable,
 // which fixes the order within a cell and with it every later sum. Cost is linear in particles and cells, and since particles
 // move little in a frame the moves are nearly sequential.
