@@ -9,7 +9,6 @@ import style
 TITLE = "Roofline of every kernel"
 PAPER_FIGURE = "none"
 PAPER = "The papers have no such figure; it says what bounds a kernel on this machine."
-DOMAINS = {"rigid": 0, "fluid": 1, "cloth": 2, "levelset": 3}
 
 
 def table(data):
@@ -105,20 +104,21 @@ def details(rows):
     return page.table(header, cells)
 
 
-def label(axis, rows):
+def label(axis, rows, series_of):
     """Numbers beside the points, each at the first place, right or left and ever higher, where no point and no other number is."""
     taken = [(math.log10(r["flops_per_byte"]), math.log10(r["gflop_per_s"])) for r in rows]
     for r, (x, y) in zip(rows, taken[:]):
         places = [(x + side * 0.13, y + 0.02 * step) for step in range(40) for side in (1, -1)]
         place = next(p for p in places if not any(abs(p[0] - a) < 0.11 and abs(p[1] - b) < 0.09 for a, b in taken))
         taken.append(place)
-        look = {"ha": "center", "va": "center", "fontsize": 6.5, "zorder": 5, "color": style.COLOURS[DOMAINS[domain(r)]]}
+        look = {"ha": "center", "va": "center", "fontsize": 6.5, "zorder": 5, "color": style.COLOURS[series_of[domain(r)]]}
         axis.annotate(f"{r['number']}", (10 ** place[0], 10 ** place[1]), path_effects=style.HALO, **look)
 
 
 def draw(rows):
     figure, axes = style.panels(1, 2, 5.8, 6, sharex=True, sharey=True)
     drawn = [r for r in rows if "gflop_per_s" in r]
+    series_of = {name: series for series, name in enumerate(dict.fromkeys(map(domain, drawn)))}
     low, high = (f(r["flops_per_byte"] for r in drawn) for f in (min, max))
     reach = [low / 1.6, high * 1.6]
     for axis, threads in zip(axes[0], (1, 2)):
@@ -129,19 +129,19 @@ def draw(rows):
         own = points(rows, "openmp", threads)
         serial = {r["number"]: r for r in points(rows, "serial", 1)} if threads == 1 else {}
         for r in own:
-            series = DOMAINS[domain(r)]
+            series = series_of[domain(r)]
             colour = style.COLOURS[series]
             if serial:
                 s = serial[r["number"]]
                 axis.plot([r["flops_per_byte"]] * 2, [s["gflop_per_s"], r["gflop_per_s"]], color=colour, linewidth=0.5)
                 axis.plot(s["flops_per_byte"], s["gflop_per_s"], color=colour, marker="x", markersize=4)
             style.measured(axis, [r["flops_per_byte"]], [r["gflop_per_s"]], series, [min(r["spread"], 1.5)])
-        label(axis, own)
+        label(axis, own, series_of)
         style.log_x(axis, "flops / byte")
         axis.set_xlim(reach)
         style.log_y(axis, "GFLOP/s" if threads == 1 else "")
         axis.set_title(roof_words(peak))
     peaks = [r["fma_gflop_per_s"] for r in rows if r["variant"] == "peak"]
     style.limit_to(axes[0][0], [r["gflop_per_s"] for r in drawn] + peaks, 1.5)
-    style.key_below(figure, [style.series_key(series, domain) for domain, series in DOMAINS.items()] + [style.serial_key()])
+    style.key_below(figure, [style.series_key(series, domain) for domain, series in series_of.items()] + [style.serial_key()])
     return figure
