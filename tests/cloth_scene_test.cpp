@@ -1,4 +1,5 @@
 // Scenes of the game cloth and frames: those of the repository load, and a bad one is refused in one line that says where.
+// Long, for it goes through the keys of a scene one by one.
 #include <gtest/gtest.h>
 
 #include <algorithm>
