@@ -75,8 +75,6 @@ struct Kernel {
   std::vector<std::string> serial_forms = {""};  // of the kernel
 };
 
-std::vector<Kernel> rigid_kernels();
-
 // All kernels: domain by domain, in the order of a step.
 std::vector<Kernel> kernels();
 

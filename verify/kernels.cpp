@@ -53,8 +53,6 @@ std::vector<Kernel> kernels() {
                        paths(domain.name, form.scenes.more), paths(domain.name, form.scenes.bench), takes, form.make,
                        paths(domain.name, form.scenes.tsan), form.covered_by, kernel.serial_forms});
       }
-    // Domains whose kernels stand in one file still.
-    if (domain.name == "rigid") std::ranges::copy(rigid_kernels(), std::back_inserter(all));
   }
   return all;
 }
