@@ -16,6 +16,7 @@
 #include "common/levelset/fast_marching.h"
 #include "common/levelset/fast_sweeping.h"
 #include "common/levelset/initialize.h"
+#include "common/rigid/broad_phase.h"
 #include "common/rigid/narrow_phase.h"
 #include "tests/rigid_shapes.h"
 
@@ -133,6 +134,23 @@ TEST(Allocation, FailsOutsideOfRelaxation) {
 namespace rigid_kernels {
 
 using namespace rigid;
+
+TEST(Allocation, FailsOutsideOfPlanePairs) {
+  constexpr int count = 3000;  // so many that several strips have pairs
+  Colliders<float> colliders;
+  colliders.count = count;
+  Array<Pose<float>> placed;
+  Bounds<float> bounds;
+  bounds.resize(count);
+  for (int k = 0; k < count; ++k) {
+    colliders.kind.push_back(static_cast<std::int32_t>(k == 0 ? Kind::plane : Kind::sphere));
+    colliders.group.push_back(k - 1);
+    placed.push_back({{0, 0, 0}, {0, 0, 0, 1}, 0});
+    bounds.set(k, k == 0 ? whole_space<float> : Box<float>{{-1, -1, -1}, {1, 1, 1}});
+  }
+  colliders.group.resize(padded(count));
+  every_allocation_may_fail<Pairs>({}, [&](Pairs& pairs) { openmp::plane_pairs(colliders, placed, bounds, pairs); });
+}
 
 TEST(Allocation, FailsOutsideOfTheNarrowPhase) {
   Shapes shapes;

@@ -53,11 +53,11 @@ LOCKSTEP_INLINE void store_short_manifolds(std::span<Manifold<float>> manifolds,
     store_records(records, to.index, record, lanes_of(0xffff));
   };
   const Vector3<floatv>&p = m.position[0], &q = m.position[1];
-  put(0, {{m.normal.x, m.normal.y, m.normal.z, as_float(m.count), as_float(m.a), as_float(m.b), 0.f, 0.f}});
+  put(0, {{m.normal.x, m.normal.y, m.normal.z, float_of_bits(m.count), float_of_bits(m.a), float_of_bits(m.b), 0.f, 0.f}});
   put(1, {{p.x, p.y, p.z, m.separation[0], q.x, q.y, q.z, m.separation[1]}});
   for (const std::int32_t to : indices.index) store_record(record_at<32>(records, to) + 16, 0.f);
   if constexpr (points == 2)
-    put(3, {{as_float(m.feature[0]), as_float(m.feature[1]), 0.f, 0.f, 0.f, 0.f, 0.f, 0.f}});
+    put(3, {{float_of_bits(m.feature[0]), float_of_bits(m.feature[1]), 0.f, 0.f, 0.f, 0.f, 0.f, 0.f}});
   else
     for (const std::int32_t to : indices.index) store_record(record_at<32>(records, to) + 24, 0.f);
 }

@@ -324,7 +324,7 @@ LOCKSTEP_INLINE void finish(const Problem& problem, State& state, Index iteratio
   const Number stretch = select(state.distance_2 > 0.f, sqrt(state.distance_2 / dot(v, v)), 0.f);  // 1 but for rounding
   const Vector from = in_world(cores, on_a), to = in_world(cores, on_a + stretch * v);
   alignas(array_alignment) Closest<Real> result[lanes];
-  store_records(&result->on_a.x, sixteen(0).index, {{from.x, from.y, from.z, to.x, to.y, to.z, sqrt(state.distance_2), as_float(iterations)}});
+  store_records(&result->on_a.x, sixteen(0).index, {{from.x, from.y, from.z, to.x, to.y, to.z, sqrt(state.distance_2), float_of_bits(iterations)}});
   for (std::size_t l = 0; l < which.size(); ++l) closest[which[l]] = result[l];
   store_known(out, simplex, which);
 }

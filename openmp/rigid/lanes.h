@@ -2,7 +2,6 @@
 // field would be one access a number ([LRB08] Figure 12).
 #pragma once
 
-#include <bit>
 #include <span>
 
 #include "common/rigid/manifold.h"
@@ -10,9 +9,6 @@
 #include "common/simd.h"
 
 namespace lockstep::rigid::openmp {
-
-// The same 32 bits: for records that hold integers among floats. bits_of is the way back.
-LOCKSTEP_INLINE floatv as_float(intv v) { return std::bit_cast<floatv>(v); }
 
 // Which records lanes read or write.
 struct alignas(array_alignment) Indices {
@@ -95,13 +91,13 @@ LOCKSTEP_INLINE void store_manifolds(std::span<Manifold<float>> manifolds, const
     const Indices records = indices_of(load(indices.index) * 4 + part);
     store_records(&manifolds.data()->normal.x, records.index, record, mask);
   };
-  put(0, {{m.normal.x, m.normal.y, m.normal.z, as_float(m.count), as_float(m.a), as_float(m.b), 0.f, 0.f}});
+  put(0, {{m.normal.x, m.normal.y, m.normal.z, float_of_bits(m.count), float_of_bits(m.a), float_of_bits(m.b), 0.f, 0.f}});
   for (int k = 0; k < most_points; k += 2) {
     const Vector3<floatv>&p = m.position[k], &q = m.position[k + 1];
     put(1 + k / 2, {{p.x, p.y, p.z, m.separation[k], q.x, q.y, q.z, m.separation[k + 1]}});
   }
   const auto& f = m.feature;
-  put(3, {{as_float(f[0]), as_float(f[1]), as_float(f[2]), as_float(f[3]), 0.f, 0.f, 0.f, 0.f}});
+  put(3, {{float_of_bits(f[0]), float_of_bits(f[1]), float_of_bits(f[2]), float_of_bits(f[3]), 0.f, 0.f, 0.f, 0.f}});
 }
 
 }  // namespace lockstep::rigid::openmp

@@ -1,11 +1,11 @@
 // Planes against everything: they have no bounds, so no other broad phase sees them.
 //
-// A box reaches below a plane if its lowest corner does, the one that each of the normal's signs points away from. There are few planes, so
-// every box is tested against each; a collider has all its pairs made when it is the smaller number of the two, which is the order asked
-// for.
+// A box reaches below a plane if its lowest corner does; the signs of the normal say which corner that is. There are
+// few planes, so every box is tested against each plane. The pairs of a collider are made together, where it is the
+// smaller of the two numbers: this gives the order of the contract.
 //
-// The runs of colliders that the order consists of are cut into strips. Threads take strips as they come, test sixteen boxes at once, and
-// keep a list a strip; where it goes is known when all are made.
+// The runs of colliders in that order are cut into strips. Threads take strips dynamically and test sixteen boxes at
+// once. Each strip has a list of its own; the lists are joined in order when all are complete.
 //
 // Source: Ericson, Real-Time Collision Detection (2005), 5.2.3. The contract stands in common/rigid/broad_phase.h.
 #include <algorithm>
@@ -16,11 +16,13 @@
 #include "common/rigid/broad_phase.h"
 #include "common/rigid/reach.h"
 #include "common/simd.h"
+#include "openmp/failure.h"
 #include "openmp/spatial/boxes.h"
 
 namespace lockstep::rigid::openmp {
 namespace {
 
+using namespace lockstep::openmp;
 using namespace spatial::openmp;
 
 struct Plane {
@@ -56,23 +58,9 @@ void plane_pairs(const Colliders<Real>& colliders, std::span<const Pose<Real>> p
     return inside & bounded(box) & (plane.group != load(&colliders.group[i], inside)) &
            (lowest_corner(box, plane.normal, plane.point) <= 0.f);
   };
-
-  std::vector<Strip> strips;
-  int begin = 0;
-  for (std::size_t p = 0; p <= planes.size(); ++p) {
-    // Colliders before the next plane, each with all planes from there on; then that plane with all colliders after it.
-    const int end = p < planes.size() ? planes[p].collider : colliders.count;
-    cut_into_strips(begin, end, p, planes.size(), strips);
-    if (p < planes.size()) cut_into_strips(end + 1, colliders.count, p, p + 1, strips);
-    begin = end + 1;
-  }
-
-  std::vector<Pairs> found(strips.size());
-  // A strip has its own list.
-#pragma omp parallel for schedule(dynamic)
-  for (std::size_t s = 0; s < strips.size(); ++s) {
-    const auto [begin, end, first, last] = strips[s];
-    Pairs mine;
+  const auto pairs_of = [&](const Strip& strip) {
+    const auto [begin, end, first, last] = strip;
+    Pairs result;
     std::vector<std::uint32_t> below(last - first);  // [plane]: which of sixteen boxes reach below it
     for (int i = begin; i < end; i += lanes) {
       std::uint32_t any = 0;
@@ -80,11 +68,30 @@ void plane_pairs(const Colliders<Real>& colliders, std::span<const Pose<Real>> p
       for (std::uint32_t set = any; set != 0; set &= set - 1) {
         const int l = std::countr_zero(set);
         for (std::size_t q = first; q < last; ++q)
-          if (below[q - first] >> l & 1) mine.push_back(make_pair(i + l, planes[q].collider));
+          if (below[q - first] >> l & 1) result.push_back(make_pair(i + l, planes[q].collider));
       }
     }
-    found[s] = std::move(mine);
+    return result;
+  };
+
+  std::vector<Strip> strips;
+  int begin = 0;
+  for (std::size_t p = 0; p <= planes.size(); ++p) {
+    // Colliders before the next plane, each with that plane and all later ones; then that plane with all later
+    // colliders.
+    const int end = p < planes.size() ? planes[p].collider : colliders.count;
+    cut_into_strips(begin, end, p, planes.size(), strips);
+    if (p < planes.size()) cut_into_strips(end + 1, colliders.count, p, p + 1, strips);
+    begin = end + 1;
   }
+
+  std::vector<Pairs> found(strips.size());
+  Failure failure;
+  // Iterations are independent: a strip has its own list.
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t s = 0; s < strips.size(); ++s)
+    failure.guard([&] { found[s] = pairs_of(strips[s]); });
+  failure.rethrow();
   pairs.clear();
   for (const Pairs& strip : found) pairs.insert(pairs.end(), strip.begin(), strip.end());
 }
