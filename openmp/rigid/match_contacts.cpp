@@ -1,6 +1,6 @@
-// The impulses of the last step, for the contacts of this one: a merge of two lists in the same order.
+// Finds the impulses of the last step for the contacts of this one, by merging two lists in the same order.
 //
-// Each thread merges its share of this step's contacts, from the place on where the last step's list comes to the first of them.
+// Each thread merges its share of this step's contacts; it finds where to start in the last step's list by binary search.
 //
 // The contract stands in common/rigid/match_contacts.h.
 #include "common/rigid/match_contacts.h"
@@ -11,34 +11,6 @@
 #include "openmp/share.h"
 
 namespace lockstep::rigid::openmp {
-namespace {
-
-Impulses<Real> matched(const Manifold<Real>& last, const Impulses<Real>& from, const Manifold<Real>& m) {
-  Impulses<Real> impulses{};
-  bool taken[most_points] = {}, matched[most_points] = {};
-  const auto take = [&](int k, int j) {
-    impulses.normal[k] = from.normal[j];
-    impulses.tangent[k] = from.tangent[j];
-    impulses.bitangent[k] = from.bitangent[j];
-    taken[j] = matched[k] = true;
-  };
-  for (int k = 0; k < m.count; ++k)
-    for (int j = 0; j < last.count; ++j)
-      if (!taken[j] && last.feature[j] == m.feature[k] && !matched[k]) take(k, j);
-  for (int k = 0; k < m.count; ++k) {
-    if (matched[k]) continue;
-    int nearest = -1;
-    Real least = static_cast<Real>(same_place * same_place);
-    for (int j = 0; j < last.count; ++j) {
-      const Vector3<Real> off = m.point[k].position - last.point[j].position;
-      if (!taken[j] && dot(off, off) < least) nearest = j, least = dot(off, off);
-    }
-    if (nearest >= 0) take(k, nearest);
-  }
-  return impulses;
-}
-
-}  // namespace
 
 void match_contacts(std::span<const Manifold<Real>> last, std::span<const Impulses<Real>> last_impulses,
                     std::span<const Manifold<Real>> manifolds, std::span<Impulses<Real>> impulses) {
