@@ -12,7 +12,7 @@
 // Multi-rigid-body Contact Problems with Friction as Solvable Linear Complementarity Problems, Nonlinear Dynamics 14 (1997).
 #pragma once
 
-// As in common/rigid/make.cpp: functions of Eigen that two files share must be the same in both.
+// As in common/rigid/mass.cpp: functions of Eigen that two files share must be the same in both.
 #ifndef EIGEN_DONT_VECTORIZE
 #define EIGEN_DONT_VECTORIZE
 #endif

@@ -93,12 +93,15 @@ void for_each_array(C& c, const F& f) {
   f("local", c.local, c.count), f("hull", c.hull, c.count), f("size", c.size, c.count);
 }
 
+// A target of convert_arrays has no arrays yet.
 template <Is<Hulls> H, class F>
 void for_each_array(H& h, const F& f) {
-  const auto vertices = h.first_vertex[h.count], faces = h.first_face[h.count], corners = h.first_corner[faces];
+  const bool made = !h.first_vertex.empty();
+  const int vertices = made ? h.first_vertex[h.count] : 0, faces = made ? h.first_face[h.count] : 0;
+  const int corners = made ? h.first_corner[faces] : 0, hull_ends = made ? h.count + 1 : 0;
   f("vertex", h.vertex, vertices), f("plane", h.plane, faces), f("corner", h.corner, corners);
-  f("first_vertex", h.first_vertex, h.count + 1), f("first_face", h.first_face, h.count + 1);
-  f("first_corner", h.first_corner, faces + 1), f("centre", h.centre, h.count), f("half", h.half, h.count);
+  f("first_vertex", h.first_vertex, hull_ends), f("first_face", h.first_face, hull_ends);
+  f("first_corner", h.first_corner, made ? faces + 1 : 0), f("centre", h.centre, h.count), f("half", h.half, h.count);
 }
 
 template <Is<World> W, class F>
