@@ -87,46 +87,16 @@ TEST(House, NoReductionInOpenmp) {
       EXPECT_FALSE(std::regex_search(line, std::regex("reduction\\s*\\(\\s*[+*-]"))) << path << ": " << line;
 }
 
-// Lines that say something to the compiler: without comments, blank lines and indentation. The name of the version in the
-// namespace is the one difference that must be.
-std::vector<std::string> code_of(const std::string& path) {
-  std::vector<std::string> code;
-  for (std::string line : lines_of(path)) {
-    line = std::regex_replace(line, std::regex("//.*$"), "");
-    line = std::regex_replace(line, std::regex("^\\s+|\\s+$"), "");
-    if (!line.empty()) code.push_back(line);
-  }
-  return code;
-}
-
-// The length of the longest common subsequence: how many lines `diff` leaves alone.
-std::size_t lines_in_common(const std::vector<std::string>& a, const std::vector<std::string>& b) {
-  std::vector<std::size_t> row(b.size() + 1, 0);
-  for (const std::string& line : a) {
-    std::size_t diagonal = 0;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t above = row[j + 1];
-      row[j + 1] = line == b[j] ? diagonal + 1 : std::max(above, row[j]);
-      diagonal = above;
+// What a reader can take in at one sitting. A file that is longer says why in its first lines.
+TEST(House, FilesAreShort) {
+  constexpr std::size_t most_lines = 350;
+  for (const std::string folder : {"common", "serial", "openmp", "verify", "tests"})
+    for (const fs::path& path : sources_below(folder)) {
+      const std::vector<std::string> lines = lines_of(path);
+      const auto says_why = [](const std::string& line) { return line.starts_with("// One file, because "); };
+      EXPECT_TRUE(lines.size() <= most_lines || std::any_of(lines.begin(), lines.begin() + 30, says_why))
+          << path << " has " << lines.size() << " lines";
     }
-  }
-  return row.back();
-}
-
-TEST(House, CountsLinesInCommon) {
-  EXPECT_EQ(lines_in_common({"a", "b", "c"}, {"a", "b", "c"}), 3u);
-  EXPECT_EQ(lines_in_common({"a", "b", "c"}, {"x", "b", "y", "c"}), 2u);
-  EXPECT_EQ(lines_in_common({"a", "b"}, {"b", "a"}), 1u);
-  EXPECT_EQ(lines_in_common({}, {"a"}), 0u);
-}
-
-// Two lines in three, where the algorithm is the same one.
-TEST(House, TwinsReadAlike) {
-  for (const std::string name : {"fluid/collisions.cpp", "fluid/advance.cpp", "fluid/step.cpp", "cloth/step.cpp",
-                                 "levelset/fast_marching.cpp", "rigid/step.cpp", "rigid/batches.cpp", "rigid/match_contacts.cpp"}) {
-    const std::vector<std::string> serial = code_of("serial/" + name), openmp = code_of("openmp/" + name);
-    EXPECT_GE(3 * lines_in_common(serial, openmp), 2 * std::max(serial.size(), openmp.size())) << name;
-  }
 }
 
 }  // namespace

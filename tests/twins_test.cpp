@@ -1,0 +1,139 @@
+// Twins read alike: how much of each serial file stands in its openmp twin, printed for all of them and held to a floor that may
+// only rise. Run from the root of the repository.
+//
+// The measure is the share of the serial text's tokens that stand in the openmp text in the same order (the longest common
+// subsequence). Comments, includes and pragmas do not count. Tokens tell what lines do not: a twin whose type names alone
+// differ keeps few lines and nearly all tokens.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace lockstep {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Percent of the serial tokens, rounded down. A twin that comes to share more raises its floor here; a new twin gets one.
+const std::map<std::string, int> floors = {
+    {"cloth/collide", 92},
+    {"cloth/relax", 46},
+    {"cloth/step", 86},
+    {"cloth/verlet", 75},
+    {"fluid/advance", 99},
+    {"fluid/collisions", 99},
+    {"fluid/densities", 73},
+    {"fluid/forces", 68},
+    {"fluid/rebuild_grid", 84},
+    {"fluid/step", 96},
+    {"levelset/fast_marching", 98},
+    {"levelset/fast_sweeping", 51},
+    {"levelset/initialize", 93},
+    {"levelset/sample", 89},
+    {"linear/conjugate_gradients", 98},
+    {"linear/dot", 34},
+    {"linear/incomplete_cholesky", 81},
+    {"linear/multiply", 78},
+    {"linear/update", 76},
+    {"rigid/batches", 99},
+    {"rigid/box_box", 61},
+    {"rigid/bvh", 57},
+    {"rigid/contact_solver", 66},
+    {"rigid/convex_axes", 76},
+    {"rigid/convex_clip", 56},
+    {"rigid/gjk", 81},
+    {"rigid/grid", 72},
+    {"rigid/integrate", 84},
+    {"rigid/match_contacts", 97},
+    {"rigid/narrow_phase", 88},
+    {"rigid/place_colliders", 80},
+    {"rigid/plane_pairs", 84},
+    {"rigid/planes", 57},
+    {"rigid/spheres", 93},
+    {"rigid/step", 99},
+    {"rigid/sweep_and_prune", 43},
+    {"spatial/bvh", 76},
+};
+
+// Identifiers and numbers whole, every other character on its own.
+std::vector<std::string> tokens_of(std::string_view text) {
+  std::vector<std::string> tokens;
+  const auto is_word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
+  while (!text.empty()) {
+    std::size_t length = 1;
+    if (text.starts_with("//") || text.front() == '#') {
+      length = std::min(text.find('\n'), text.size());
+    } else if (is_word(text.front())) {
+      while (length < text.size() && is_word(text[length])) ++length;
+      tokens.emplace_back(text.substr(0, length));
+    } else if (!std::isspace(static_cast<unsigned char>(text.front()))) {
+      tokens.emplace_back(text.substr(0, 1));
+    }
+    text.remove_prefix(length);
+  }
+  return tokens;
+}
+
+std::vector<std::string> tokens_of_file(const std::string& path) {
+  std::ifstream in(path);
+  EXPECT_TRUE(in) << path;
+  return tokens_of(std::string{std::istreambuf_iterator<char>(in), {}});
+}
+
+// The length of the longest common subsequence.
+std::size_t tokens_in_common(const std::vector<std::string>& a, const std::vector<std::string>& b) {
+  std::map<std::string_view, std::uint32_t> numbers;
+  const auto numbered = [&](const std::vector<std::string>& tokens) {
+    std::vector<std::uint32_t> result;
+    for (const std::string& token : tokens)
+      result.push_back(numbers.try_emplace(token, static_cast<std::uint32_t>(numbers.size())).first->second);
+    return result;
+  };
+  const std::vector<std::uint32_t> x = numbered(a), y = numbered(b);
+  std::vector<std::uint32_t> row(y.size() + 1, 0);
+  for (const std::uint32_t token : x) {
+    std::uint32_t diagonal = 0;
+    for (std::size_t j = 0; j < y.size(); ++j) {
+      const std::uint32_t above = row[j + 1];
+      row[j + 1] = token == y[j] ? diagonal + 1 : std::max(above, row[j]);
+      diagonal = above;
+    }
+  }
+  return row.back();
+}
+
+TEST(Twins, CountsTokens) {
+  EXPECT_EQ(tokens_of("a += b_1; // c\n#include <x>\n1.5f"), (std::vector<std::string>{"a", "+", "=", "b_1", ";", "1", ".", "5f"}));
+  EXPECT_EQ(tokens_in_common({"a", "b", "c"}, {"x", "b", "y", "c"}), 2u);
+  EXPECT_EQ(tokens_in_common({"a", "b"}, {"b", "a"}), 1u);
+  EXPECT_EQ(tokens_in_common({}, {"a"}), 0u);
+}
+
+TEST(Twins, ReadAlike) {
+  std::printf("%-32s %7s %7s %6s %6s\n", "twin", "serial", "openmp", "share", "floor");
+  std::size_t twins = 0;
+  for (const auto& entry : fs::recursive_directory_iterator("serial")) {
+    if (entry.path().extension() != ".cpp") continue;
+    ++twins;
+    const std::string name = fs::path(entry.path()).lexically_relative("serial").replace_extension();
+    const std::vector<std::string> serial = tokens_of_file("serial/" + name + ".cpp"), openmp = tokens_of_file("openmp/" + name + ".cpp");
+    const int share = static_cast<int>(100 * tokens_in_common(serial, openmp) / std::max<std::size_t>(serial.size(), 1));
+    const auto floor = floors.find(name);
+    EXPECT_NE(floor, floors.end()) << name << " has no floor yet";
+    if (floor == floors.end()) continue;
+    std::printf("%-32s %7zu %7zu %5d%% %5d%%\n", name.c_str(), serial.size(), openmp.size(), share, floor->second);
+    EXPECT_GE(share, floor->second) << name;
+  }
+  EXPECT_EQ(twins, floors.size()) << "a floor for a twin that is not there";
+}
+
+}  // namespace
+}  // namespace lockstep
