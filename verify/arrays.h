@@ -1,4 +1,5 @@
-// What the verifier does with a state's list of arrays (common/arrays.h): hash, comparison, poison, resume, finiteness.
+// The verifier's operations on a state's list of arrays (common/arrays.h): hash, comparison, poison, resume,
+// finiteness.
 #pragma once
 
 #include <cmath>
@@ -29,20 +30,21 @@ inline ValueName of_element(const std::string& noun) {
   };
 }
 
-// Of all values that mean something, in order. Equal for equal results: padding does not count.
+// The hash of all values, in order. Padding does not count, so equal results have equal hashes.
 template <class S>
 std::uint64_t hash_of(const S& state) {
   std::uint64_t hash = 0xcbf29ce484222325;
   const auto add = [&](const auto& value) { hash = hash_bytes(std::span(&value, 1), hash); };
   for_each_array(state, [&](const char*, const auto& array, std::size_t count) {
     add(count);
-    for (std::size_t i = 0; i < count; ++i) for_each_value(array, i, [&](const char*, const auto& value) { add(value); });
+    for (std::size_t i = 0; i < count; ++i)
+      for_each_value(array, i, [&](const char*, const auto& value) { add(value); });
   });
   return hash;
 }
 
-// Bitwise: asserts that every array has as many elements in both and every value the same bits. The first that differs is
-// named with both values, and all that differ are counted.
+// Bitwise: asserts that every array has the same number of elements in both states, and every value the same bits.
+// Names the first difference with both values, and counts all differences.
 template <class S>
 void same_bits(Judgement& judgement, const S& openmp, const S& serial, const ValueName& name = value_name) {
   const auto differ = [&](const std::string& what, double a, double b) {
@@ -64,7 +66,7 @@ void same_bits(Judgement& judgement, const S& openmp, const S& serial, const Val
     });
   };
   std::vector<Value> a, b;
-  // The states are of one type, so their arrays are: any precision stays as it is.
+  // Both states have one type, so corresponding arrays have one type too.
   for_each_array_of_both<SamePrecision>(
       openmp, serial, [&](const char* array, const auto& o, std::size_t o_count, const auto& s, std::size_t s_count) {
         if (o_count != s_count) return differ("size of " + std::string(array), double(o_count), double(s_count));
@@ -74,12 +76,13 @@ void same_bits(Judgement& judgement, const S& openmp, const S& serial, const Val
           values_of(o, i, a), values_of(s, i, b);
           for (std::size_t k = 0; k < a.size() && k < b.size(); ++k)
             if (a[k].bits != b[k].bits) differ(name(array, i, b[k].field), a[k].value, b[k].value);
-          if (a.size() != b.size()) differ("number of fields of " + name(array, i, ""), double(a.size()), double(b.size()));
+          if (a.size() != b.size())
+            differ("number of fields of " + name(array, i, ""), double(a.size()), double(b.size()));
         }
       });
 }
 
-// The verdict of twins that must leave the same bits.
+// The judgement of twins that must leave the same bits.
 template <class S>
 Judgement bitwise(const S& openmp, const S& serial, const ValueName& name = value_name) {
   Judgement judgement{.verdict = Verdict::bitwise, .worst_at = ""};
@@ -87,11 +90,13 @@ Judgement bitwise(const S& openmp, const S& serial, const ValueName& name = valu
   return judgement;
 }
 
-// Overwrites all that the arrays hold with ones: NaN and -1. A kernel that leaves some of its results unwritten is then not
-// right by luck.
+// Sets every bit of the arrays, which makes floats NaN and integers -1. A kernel that leaves a result unwritten then
+// fails instead of passing by luck.
 template <class S>
 void poison(S& state) {
-  const auto fill = [](auto& array) { std::memset(static_cast<void*>(array.data()), 0xff, array.size() * sizeof(array[0])); };
+  const auto fill = [](auto& array) {
+    std::memset(static_cast<void*>(array.data()), 0xff, array.size() * sizeof(array[0]));
+  };
   for_each_array(state, [&](const char*, auto& array, std::size_t) {
     if constexpr (requires { array.data(); })
       fill(array);
@@ -100,7 +105,7 @@ void poison(S& state) {
   });
 }
 
-// What a run must keep to go on from this state. The state must outlive what is returned.
+// The arrays that a run must save to resume from this state. The state must outlive the result.
 template <class S>
 std::vector<Kept> keep_all(S& state) {
   std::vector<Kept> kept;

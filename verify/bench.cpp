@@ -1,13 +1,15 @@
 // The benchmark: times every selected kernel, serial and openmp at each thread count, in one run on one set of inputs.
 //
-// Variants take turns, so that a slow second of the machine falls on all of them; the row gives the median and the spread
-// (the interquartile range over the median), and the least, which is nearest to what the code takes where nobody else is on the machine.
+// Variants take turns, so that a slow second of the machine affects all of them. A row gives the median, the spread
+// (the interquartile range over the median), and the least, which is closest to the time on an idle machine.
 //
-// Samples during which the machine did not give whole cores are set aside (verify/samples.h); a case left with too few is measured again
-// behind all others, for a minute in all. Where whole cores are not to be had, the row is of all samples; `cores` says what they had.
+// Samples during which the machine did not give whole cores are dropped (verify/samples.h). A case with too few samples
+// left is measured again after all others, for a minute in all. If whole cores cannot be had, the row uses all samples;
+// `cores` says how many cores they had.
 //
-// GB/s and GFLOP/s come from the bytes and flops declared beside each kernel and stand against this machine's peaks, which the program
-// measures itself: triad a = b + s c over arrays beyond the caches, and independent fused multiply-adds in lanes.
+// GB/s and GFLOP/s use the bytes and flops declared beside each kernel. They compare with this machine's peaks, which
+// the program measures itself: triad a = b + s c over arrays beyond the caches, and independent fused multiply-adds in
+// lanes.
 #include <omp.h>
 
 #include <algorithm>
@@ -28,7 +30,7 @@ namespace {
 struct Effort {
   std::size_t repeats;  // of a variant
   double seconds;       // a variant
-  double patience;      // seconds, of all cases, to measure again what lacked cores
+  double patience;      // seconds, over all cases, to repeat those that lacked cores
 };
 constexpr Effort full_effort = {15, .5, 60}, quick_effort = {1, 0, 0};
 
@@ -40,17 +42,17 @@ struct Variant {
   int cores() const { return std::min(threads, omp_get_num_procs()); }
 };
 
-// Rows of a case, and whether too few of its samples had whole cores.
+// The rows of a case, and whether too few of its samples had whole cores.
 struct Measured {
   nlohmann::ordered_json rows;
   bool lacks_cores;
 };
 
-// `turns`: the most turns that a core has been seen to make.
-Measured measure(const Kernel& kernel, const std::string& scene_path, const std::vector<int>& threads, const Effort& effort,
-                 double& turns) {
+// `turns`: the highest turns_per_ns of one core so far; updated.
+Measured measure(const Kernel& kernel, const std::string& scene_path, const std::vector<int>& threads,
+                 const Effort& effort, double& turns) {
   const Case run = kernel.make(scene_path);
-  // Speed-ups are over the best serial algorithm; where openmp runs another one, what that costs in serial has a row too.
+  // Speed-ups are over the best serial algorithm. If openmp runs another algorithm, its serial form has a row too.
   std::vector<Variant> variants = {{"serial", 1, run.best_serial ? run.best_serial : run.serial, {}}};
   if (run.best_serial) variants.push_back({"serial_twin", 1, run.serial, {}});
   for (int count : threads) variants.push_back({"openmp", count, run.openmp, {}});
@@ -75,21 +77,22 @@ Measured measure(const Kernel& kernel, const std::string& scene_path, const std:
     measured.lacks_cores |= lack_cores;
     const double median = quantile(samples, &Sample::seconds, .5);
     const Work& work = run.work;
-    measured.rows.push_back({{"kernel", kernel.name},
-                             {"form", kernel.form},
-                             {"scene", std::filesystem::path(scene_path).stem().string()},
-                             {"variant", variant.name},
-                             {"threads", variant.threads},
-                             {"lanes", variant.name == "openmp" ? lanes : 1},
-                             {"cores", quantile(samples, &Sample::turns, .5) / turns},
-                             {"ms", median * 1e3},
-                             {"least_ms", quantile(samples, &Sample::seconds, 0) * 1e3},
-                             {"spread", (quantile(samples, &Sample::seconds, .75) - quantile(samples, &Sample::seconds, .25)) / median},
-                             {"items", work.items},
-                             {"unit", work.unit},
-                             {"items_per_s", work.items / median},
-                             {"bytes", work.bytes},
-                             {"flops", work.flops}});
+    measured.rows.push_back(
+        {{"kernel", kernel.name},
+         {"form", kernel.form},
+         {"scene", std::filesystem::path(scene_path).stem().string()},
+         {"variant", variant.name},
+         {"threads", variant.threads},
+         {"lanes", variant.name == "openmp" ? lanes : 1},
+         {"cores", quantile(samples, &Sample::turns, .5) / turns},
+         {"ms", median * 1e3},
+         {"least_ms", quantile(samples, &Sample::seconds, 0) * 1e3},
+         {"spread", (quantile(samples, &Sample::seconds, .75) - quantile(samples, &Sample::seconds, .25)) / median},
+         {"items", work.items},
+         {"unit", work.unit},
+         {"items_per_s", work.items / median},
+         {"bytes", work.bytes},
+         {"flops", work.flops}});
     if (variant.name == "openmp" && work.lane_use > 0) measured.rows.back()["lane_use"] = work.lane_use;
   }
   return measured;
@@ -99,10 +102,10 @@ void print(const nlohmann::ordered_json& row, double serial_ms) {
   const auto text = [&](const char* key) { return row[key].get<std::string>(); };
   const auto number = [&](const char* key) { return row[key].get<double>(); };
   const double ms = number("ms");
-  std::printf("%-19s %-13s %-15s %-11s %7d %5.2f %9.3f %9.3f %6.1f%% %12.4g %7.2f %8.2f %9.2f\n", text("kernel").c_str(),
-              text("form").c_str(), text("scene").c_str(), text("variant").c_str(), row["threads"].get<int>(), number("cores"), ms,
-              number("least_ms"), number("spread") * 100, number("items_per_s"), number("bytes") / ms * 1e-6, number("flops") / ms * 1e-6,
-              serial_ms / ms);
+  std::printf("%-19s %-13s %-15s %-11s %7d %5.2f %9.3f %9.3f %6.1f%% %12.4g %7.2f %8.2f %9.2f\n",
+              text("kernel").c_str(), text("form").c_str(), text("scene").c_str(), text("variant").c_str(),
+              row["threads"].get<int>(), number("cores"), ms, number("least_ms"), number("spread") * 100,
+              number("items_per_s"), number("bytes") / ms * 1e-6, number("flops") / ms * 1e-6, serial_ms / ms);
 }
 
 }  // namespace
@@ -111,15 +114,16 @@ int bench(const Options& options) {
   nlohmann::ordered_json on = machine();
   for (int threads : options.threads) {
     progress("peaks of the machine");
-    on["peaks"].push_back(
-        {{"threads", threads}, {"triad_gb_per_s", triad_gb_per_s(threads)}, {"fma_gflop_per_s", fma_gflop_per_s(threads)}});
+    on["peaks"].push_back({{"threads", threads},
+                           {"triad_gb_per_s", triad_gb_per_s(threads)},
+                           {"fma_gflop_per_s", fma_gflop_per_s(threads)}});
   }
   progress("");
   for (const auto& peak : on["peaks"])
     std::printf("peaks at %d threads: triad %.1f GB/s, fma %.1f GFLOP/s\n", peak["threads"].get<int>(),
                 peak["triad_gb_per_s"].get<double>(), peak["fma_gflop_per_s"].get<double>());
-  std::printf("%-19s %-13s %-15s %-11s %7s %5s %9s %9s %7s %12s %7s %8s %9s\n", "kernel", "form", "scene", "variant", "threads", "cores",
-              "ms", "least", "spread", "items/s", "GB/s", "GFLOP/s", "x serial");
+  std::printf("%-19s %-13s %-15s %-11s %7s %5s %9s %9s %7s %12s %7s %8s %9s\n", "kernel", "form", "scene", "variant",
+              "threads", "cores", "ms", "least", "spread", "items/s", "GB/s", "GFLOP/s", "x serial");
 
   const auto selected = select(options, Purpose::bench);
   const Effort effort = options.quick ? quick_effort : full_effort;

@@ -1,4 +1,4 @@
-// What equal means: the comparisons that verdicts rest on.
+// The comparisons behind the verdicts: same bits, and within a bound.
 #pragma once
 
 #include <cmath>
@@ -15,12 +15,13 @@
 
 namespace lockstep::verify {
 
-inline constexpr double unit_roundoff = std::numeric_limits<float>::epsilon() / 2;  // u = 2^-24: float rounds by at most u relative
+inline constexpr double unit_roundoff =
+    std::numeric_limits<float>::epsilon() / 2;  // u = 2^-24, the largest relative rounding error of float
 
-// Names an element for people: "particle 12", "cell 3".
+// The name of an element in messages: "particle 12", "cell 3".
 using ElementName = std::function<std::string(std::size_t element)>;
 
-// FNV-1a over the bytes of the values, for telling whether two runs left the same bits.
+// FNV-1a over the bytes of the values. Two runs with equal hashes left the same bits.
 template <class T>
 std::uint64_t hash_bytes(std::span<const T> values, std::uint64_t hash = 0xcbf29ce484222325) {
   const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
@@ -45,10 +46,10 @@ void same_bits(Judgement& judgement, std::span<const T> openmp, std::span<const 
   }
 }
 
-// Bounded: asserts for every element that |openmp - truth| <= 2 |serial - truth| + rounding[element], and that it is a number.
-// Keeps the element that comes nearest to its bound, or exceeds it most.
-inline void within_bound(Judgement& judgement, std::span<const float> openmp, std::span<const float> serial, std::span<const double> truth,
-                         std::span<const double> rounding, const ElementName& name) {
+// Bounded: asserts for every element that it is finite and that |openmp - truth| <= 2 |serial - truth| +
+// rounding[element]. Reports the element with the largest error relative to its bound.
+inline void within_bound(Judgement& judgement, std::span<const float> openmp, std::span<const float> serial,
+                         std::span<const double> truth, std::span<const double> rounding, const ElementName& name) {
   const auto ratio = [](double error, double bound) {
     if (error == 0 && bound >= 0) return 0.;
     return error / bound >= 0 ? error / bound : std::numeric_limits<double>::infinity();  // NaN is worst

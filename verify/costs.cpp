@@ -19,7 +19,7 @@ double triad_gb_per_s(int threads) {
   double best = 0;
   for (int repeat = 0; repeat < 5; ++repeat) {
     const double start = now();
-    // Every element is one thread's.
+    // Each element is written by one thread.
 #pragma omp parallel for simd num_threads(threads) schedule(static)
     for (int i = 0; i < n; ++i) a[i] = b[i] + 3.f * c[i];
     best = std::max(best, 12. * n / (now() - start) * 1e-9);
@@ -50,19 +50,20 @@ double fma_gflop_per_s(int threads) {
 double turns_per_ns(int threads) {
   int hits = 0;
   double per_ns = 0;
-  // A first few, not counted: lanes that have long had nothing to do take some microseconds to reach their speed.
+  // The first iterations do not count: vector units that were idle for long take some microseconds to reach full speed.
   for (const int turns : {10'000, 30'000}) {
     const double start = now();
     // Each thread works on its own registers.
 #pragma omp parallel num_threads(threads) reduction(+ : hits)
     for (int turn = 0; turn < turns; ++turn) {
       const floatv t(static_cast<float>(turn));
-      const maskv hit = (floatv(1.f) <= t) & (floatv(2.f) <= t) & (floatv(3.f) <= t) & (t <= floatv(.5f)) & (t <= floatv(.1f));
+      const maskv hit =
+          (floatv(1.f) <= t) & (floatv(2.f) <= t) & (floatv(3.f) <= t) & (t <= floatv(.5f)) & (t <= floatv(.1f));
       if (any(hit)) ++hits;
     }
     per_ns = threads * turns / (1e9 * (now() - start));
   }
-  return hits == 0 ? per_ns : 0;  // asked, so that the loop is not optimised away
+  return hits == 0 ? per_ns : 0;  // tested so that the loop is not optimised away
 }
 
 double last_level_cache() {
@@ -77,7 +78,8 @@ double last_level_cache() {
 
 double clock_ns() {
 #if defined(__x86_64__)
-  // The counter without a fence: a fence waits for all loads before it, which a lock does not, and locks are timed by the million.
+  // The counter is read without a fence. A fence waits for all earlier loads, a lock does not, and locks are timed by
+  // the million.
   static const double ns_per_tick = [] {
     const double start = now();
     const auto first = __builtin_ia32_rdtsc();
@@ -92,7 +94,7 @@ double clock_ns() {
 
 namespace {
 
-// The median over repeats of what `measure` gives.
+// The median of the results of `repeats` calls of `measure`.
 template <class Measure>
 double median(int repeats, const Measure& measure) {
   std::vector<double> found(repeats);
@@ -108,7 +110,7 @@ double fork_join_ns(int threads) {
   return median(repeats, [&] {
     const double start = clock_ns();
     for (int i = 0; i < n; ++i) {
-      // Nothing is done.
+      // The region is empty.
 #pragma omp parallel num_threads(threads)
       asm volatile("");
     }
@@ -120,7 +122,7 @@ double barrier_ns(int threads) {
   constexpr int n = 2000;
   return median(repeats, [&] {
     double ns = 0;
-    // Nothing is shared but the time, which one thread writes.
+    // Threads share only `ns`, which one thread writes.
 #pragma omp parallel num_threads(threads)
     {
 #pragma omp barrier
@@ -135,11 +137,12 @@ double barrier_ns(int threads) {
   });
 }
 
-// To take and give back each of many locks that another thread had last, beyond what it takes the thread that had them last: in a loop that
-// adds to a cache line under each lock, of what it takes longer than one that only adds. The line is there because a lock waits for the
-// stores before it.
+// The extra cost of a lock that another thread held last, over a lock that this thread held last. The loop adds to a
+// cache line under each of many locks; the cost of a lock is the time beyond a loop that only adds. The line is there
+// because a lock waits for the stores before it.
 double lock_moved_ns() {
-  constexpr int n = 128, apart = 64 / sizeof(omp_lock_t) + 1, jump = 37;  // a cache line each, in an order that no prefetch foresees
+  constexpr int n = 128, apart = 64 / sizeof(omp_lock_t) + 1,
+                jump = 37;  // one cache line each, in an order that defeats the prefetcher
   std::vector<omp_lock_t> locks(n * apart);
   for (omp_lock_t& lock : locks) omp_init_lock(&lock);
   Array<float> guarded(n * lanes, 0.f);
@@ -168,7 +171,9 @@ double lock_moved_ns() {
       return ns;
     });
   };
-  const double moved = omp_get_num_procs() < 2 ? 0 : std::max(0., by_another(true) - by_another(false) - (by_same(true) - by_same(false)));
+  const double moved = omp_get_num_procs() < 2
+                           ? 0
+                           : std::max(0., by_another(true) - by_another(false) - (by_same(true) - by_same(false)));
   for (omp_lock_t& lock : locks) omp_destroy_lock(&lock);
   return moved;
 }
@@ -177,7 +182,7 @@ double dispatch_ns(int threads) {
   constexpr int n = 20000;
   return median(repeats, [&] {
     const double start = clock_ns();
-    // Nothing is done but to ask for the next.
+    // The iterations are empty: only the fetches of chunks cost time.
 #pragma omp parallel for num_threads(threads) schedule(dynamic)
     for (int i = 0; i < n; ++i) asm volatile("");
     return (clock_ns() - start) / n;
@@ -187,12 +192,13 @@ double dispatch_ns(int threads) {
 }  // namespace
 
 void wake_team() {
-  // Nothing is done.
+  // The region is empty.
 #pragma omp parallel
   asm volatile("");
 }
 
-// What a loop that adds to cache lines takes longer if it reads the clock each time: a processor does much of both at once.
+// The extra time of a loop that adds to cache lines and reads the clock each time, over a loop that only adds. Measured
+// this way because the processor overlaps much of the two.
 double clock_cost_ns() {
   constexpr int n = 128, jump = 37;
   Array<float> lines(n * lanes, 0.f);
@@ -217,7 +223,8 @@ Costs measure_costs() {
   costs.barrier = {barrier_ns(1), barrier_ns(threads)};
   costs.lock_moved = lock_moved_ns();
   costs.dispatch = {dispatch_ns(1), dispatch_ns(threads)};
-  for (int t = 1; t <= omp_get_num_procs(); t *= 2) costs.bytes_per_ns = std::max(costs.bytes_per_ns, triad_gb_per_s(t));
+  for (int t = 1; t <= omp_get_num_procs(); t *= 2)
+    costs.bytes_per_ns = std::max(costs.bytes_per_ns, triad_gb_per_s(t));
   return costs;
 }
 

@@ -1,4 +1,4 @@
-// What the program knows of a domain beyond its kernels, and how a domain joins.
+// A domain as the program sees it, beyond its kernels, and how a domain registers.
 #pragma once
 
 #include <string>
@@ -10,26 +10,26 @@
 
 namespace lockstep::verify {
 
-// Joins by one constant in verify/DOMAIN/domain.cpp, `const RegisterDomain cloth{{.name = "cloth", ...}};`, and by one line
-// in verify/domains.cpp, which says where it comes.
+// A domain registers by one constant in verify/DOMAIN/domain.cpp, `const RegisterDomain cloth{{.name = "cloth",
+// ...}};`, and by one line in verify/domains.cpp, which sets the order of the domains.
 struct Domain {
-  std::string name;                                        // of its folders, and the kind that its scenes state
-  Simulation (*simulation)(const RunOptions&) = nullptr;   // what `run` does with its scenes; absent where nothing moves on
-  bool moves = true;                                       // whether a simulation has more than one step: for `endure`
-  std::vector<std::string> determinism;                    // names of scenes for `make determinism`
-  std::vector<std::string> formats = {};                   // endings of files that are scenes, besides .toml
-  std::string (*fault_of_scene)(const std::string& path);  // loads a scene; the first thing in it that must not be, ""
-                                                           // if there is none. Throws InputError where it is refused.
+  std::string name;                                        // of its folders, and the `kind` in its scenes
+  Simulation (*simulation)(const RunOptions&) = nullptr;   // for `run`; absent if scenes have no simulation
+  bool moves = true;                                       // for `endure`: whether a simulation has more than one step
+  std::vector<std::string> determinism;                    // scenes for `make determinism`, by name
+  std::vector<std::string> formats = {};                   // file extensions of scenes besides .toml
+  std::string (*fault_of_scene)(const std::string& path);  // loads a scene and names the first invalid value in
+                                                           // it, "" if none; throws InputError if it is refused
 };
 
 struct RegisterDomain {
   explicit RegisterDomain(Domain domain);
 };
 
-// In the order of verify/domains.cpp.
+// All domains, in the order of verify/domains.cpp.
 const std::vector<Domain>& domains();
 
-// The domain of a scene's kind. Throws InputError where the scene cannot be read, or its kind is no domain's.
+// The domain of a scene's kind. Throws InputError if the scene cannot be read or its kind is unknown.
 const Domain& domain_of_scene(const std::string& path);
 
 }  // namespace lockstep::verify

@@ -18,7 +18,7 @@ constexpr std::string_view names[] = {
     "rigid",
 };
 
-// Filled before main, by constants of other files.
+// Filled before main by the RegisterDomain constants of other files.
 std::vector<Domain>& registered() {
   static std::vector<Domain> all;
   return all;

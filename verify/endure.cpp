@@ -1,18 +1,21 @@
-// Runs scenes for many steps, in the form that `run` takes, and asserts of each that
+// Runs scenes for many steps, in the form that `run` uses, and asserts of each that
 //
-//   1. every number stays a number, no particle passes a wall and no body a plane: looked at every hundred steps;
-//   2. steps leave no memory behind;
-//   3. steps made once more from a state that was kept end in the same bits.
+//   1. no value is NaN or infinite, no particle passes a wall and no body a plane; checked every hundred steps;
+//   2. steps leak no memory;
+//   3. steps that are repeated from a stored state end in the same bits.
 //
-// A fluid without walls may spread or crowd until its lists would not fit, and is then refused in words: counted apart.
+// A fluid without walls may spread or crowd until its lists would not fit. It is then refused with a message, and
+// counted separately.
 //
-// Arrays grow with what they hold: a scene in which more and more bodies touch needs more memory, and loses none. So the first steps and
-// the last, a twentieth of all each, are made again from the state that they began with. What they need, the process then has; what they
-// leave behind comes on top, less than a byte a step. Which thread finds what is left to chance, and with it how long the threads' own
-// lists get: where memory did grow the steps are made again, up to `attempts` times. A leak grows each time.
+// Arrays grow with their contents: a scene in which more and more bodies touch needs more memory without a leak. So the
+// first and the last twentieth of the steps are repeated from the state that they began with. Repeating the same steps
+// needs no new capacity, so growth of a byte a step or more is a leak. Chance decides which thread finds what, and so
+// how long each thread's own lists get. If memory did grow, the steps are therefore repeated up to `attempts` times: a
+// leak grows each time.
 //
-// Memory is what the process has asked for and not given back, as malloc counts it, to the byte. It counts blocks that a thread has given
-// back to its own cache as in use, some kilobytes that fill up within hundreds of steps; `make endure` has it do without that cache.
+// Memory is what the process has allocated and not freed, as malloc counts it, to the byte. malloc counts blocks in a
+// thread's own cache as in use, some kilobytes that fill up within hundreds of steps. `make endure` disables that
+// cache.
 #include <malloc.h>
 
 #include <algorithm>
@@ -32,7 +35,7 @@
 namespace lockstep::verify {
 namespace {
 
-constexpr int look_every = 100;  // steps
+constexpr int check_every = 100;  // steps
 constexpr int attempts = 5;
 
 double bytes_in_use() {
@@ -40,7 +43,7 @@ double bytes_in_use() {
   return static_cast<double>(info.uordblks + info.hblkhd);
 }
 
-// What the next step needs of the last, array by array.
+// The arrays that the next step needs.
 using State = std::vector<std::vector<std::byte>>;
 
 State copy_of(const std::vector<Kept>& arrays) {
@@ -56,19 +59,19 @@ void restore(const State& state, const std::vector<Kept>& arrays) {
   for (std::size_t k = 0; k < state.size(); ++k) std::ranges::copy(state[k], arrays[k].room(state[k].size()).begin());
 }
 
-// A simulation on its way.
+// A simulation in progress.
 struct Endurance {
   const Simulation& simulation;
-  int steps;  // to make
+  int steps;  // to run
   int made = 0;
-  std::string fault = {};    // the first; "" if there is none
-  std::string refusal = {};  // why a step could not be made
-  double left_over = 0;      // bytes, by the steps that were made again
+  std::string fault = {};    // the first fault; "" if none
+  std::string refusal = {};  // why a step was refused; "" if none was
+  double left_over = 0;      // bytes that repeated steps left allocated
 
   void go(int count) {
     for (int i = 0; i < count && fault.empty(); ++i) {
       simulation.step();
-      if (++made % look_every == 0 || i == count - 1) {
+      if (++made % check_every == 0 || i == count - 1) {
         fault = simulation.fault();
         progress(simulation.name + " step " + std::to_string(made) + " of " + std::to_string(steps));
       }
@@ -109,7 +112,8 @@ int endure(const EndureOptions& options) {
   const nlohmann::ordered_json on = machine();
   auto rows = nlohmann::ordered_json::array();
   int passed = 0, refused = 0, failed = 0;
-  std::printf("%-28s %-10s %9s %8s %9s %12s %9s  %s\n", "scene", "form", "elements", "steps", "seconds", "bytes", "left over", "verdict");
+  std::printf("%-28s %-10s %9s %8s %9s %12s %9s  %s\n", "scene", "form", "elements", "steps", "seconds", "bytes",
+              "left over", "verdict");
   for (const std::string& path : paths) {
     RunOptions run;
     run.scene = path;
@@ -127,10 +131,12 @@ int endure(const EndureOptions& options) {
     progress("");
     const double bytes = bytes_in_use(), seconds = now() - start;
     const std::string &fault = endurance.fault, &refusal = endurance.refusal;
-    const std::string verdict = !fault.empty() ? "FAILED " + fault : !refusal.empty() ? "refused: " + refusal : "endures";
+    const std::string verdict = !fault.empty()     ? "FAILED " + fault
+                                : !refusal.empty() ? "refused: " + refusal
+                                                   : "endures";
     ++(!fault.empty() ? failed : !refusal.empty() ? refused : passed);
-    std::printf("%-28s %-10s %9d %8d %9.1f %12.0f %9.0f  %s\n", simulation.name.c_str(), simulation.form.c_str(), simulation.elements,
-                endurance.made, seconds, bytes, endurance.left_over, verdict.c_str());
+    std::printf("%-28s %-10s %9d %8d %9.1f %12.0f %9.0f  %s\n", simulation.name.c_str(), simulation.form.c_str(),
+                simulation.elements, endurance.made, seconds, bytes, endurance.left_over, verdict.c_str());
     std::fflush(stdout);
     rows.push_back({{"scene", simulation.name},
                     {"form", simulation.form},

@@ -1,4 +1,5 @@
-// The numbers behind the figures that `bench` and `scale` do not give: NAME.json, {"machine": ..., "rows": ...}, for notes/figures.
+// The data of the figures that `bench` and `scale` do not provide: NAME.json, {"machine": ..., "rows": ...}, for
+// notes/figures.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -31,7 +32,7 @@ std::vector<int> cores_of(const FigureOptions& options) {
   return options.quick ? std::vector<int>{1, 2, 64} : std::vector<int>{1, 2, 4, 8, 16, 32, 64};
 }
 
-// Of so many runs the least disturbed, as scale_row takes it.
+// The least time of `repeats` runs, as in scale_row.
 double least_ms(int repeats, const std::function<void()>& reset, const std::function<void()>& work) {
   double least = std::numeric_limits<double>::infinity();
   for (int repeat = 0; repeat < repeats; ++repeat) {
@@ -53,13 +54,14 @@ void cloth_convergence(const FigureOptions& options, const Model&, Rows& rows) {
       for (const int n : iterations) {
         progress("cloth_convergence: " + scene + ' ' + form.name + ", " + std::to_string(n) + " iterations");
         cloth::Relax<float>* const relax = form.openmp_relax ? form.openmp_relax : form.serial_relax;
-        rows.push_back({{"scene", scene}, {"form", form.name}, {"iterations", n}, {"residual", residual_left(start, relax, n)}});
+        rows.push_back(
+            {{"scene", scene}, {"form", form.name}, {"iterations", n}, {"residual", residual_left(start, relax, n)}});
       }
   }
 }
 
-// What blocks cost and what they give: marching and sweeping in blocks of 256^3, and the undivided serial forms; and how much of the work
-// is done more than once, which does not depend on a machine.
+// Cost and gain of blocks: marching and sweeping of 256^3 points in blocks, and the undivided serial forms. Also the
+// amount of repeated work, which does not depend on the machine.
 void levelset_blocks(const FigureOptions& options, const Model& model, Rows& rows) {
   const std::string name = options.quick ? "spheres_and_box_128" : "spheres_and_box_256";
   const levelset::Scene scene = levelset::load_scene("scenes/levelset/" + name + ".toml");
@@ -73,8 +75,11 @@ void levelset_blocks(const FigureOptions& options, const Model& model, Rows& row
   const int repeats = options.quick ? 1 : 3;
 
   const auto serial_row = [&](const char* algorithm, const std::function<void()>& run) {
-    rows.push_back(
-        {{"scene", name}, {"algorithm", algorithm}, {"blocks", 1}, {"variant", "serial"}, {"measured_ms", least_ms(repeats, reset, run)}});
+    rows.push_back({{"scene", name},
+                    {"algorithm", algorithm},
+                    {"blocks", 1},
+                    {"variant", "serial"},
+                    {"measured_ms", least_ms(repeats, reset, run)}});
   };
   progress("levelset_blocks: serial");
   serial_row("fast_marching", [&] { levelset::serial::fast_marching_heap(d, band); });
@@ -83,7 +88,7 @@ void levelset_blocks(const FigureOptions& options, const Model& model, Rows& row
 
   for (const int side : options.quick ? std::vector<int>{1, 4} : std::vector<int>{1, 2, 3, 4, 5, 6}) {
     const int size = (scene.grid.nx + side - 1) / side;
-    // Each block on its own computes the distances of its padding, too.
+    // Each block also computes the distances of its padding.
     double work = 0;
     for (const levelset::Block& block : levelset::make_blocks(start, band, size)) {
       levelset::Distances<float> padded = levelset::cut_out(start, block);
@@ -92,8 +97,8 @@ void levelset_blocks(const FigureOptions& options, const Model& model, Rows& row
     }
     for (const int cores : cores_of(options))
       for (const std::string algorithm : {"fast_marching", "fast_sweeping"}) {
-        progress("levelset_blocks: " + algorithm + ", " + std::to_string(side * side * side) + " blocks, " + std::to_string(cores) +
-                 " cores");
+        progress("levelset_blocks: " + algorithm + ", " + std::to_string(side * side * side) + " blocks, " +
+                 std::to_string(cores) + " cores");
         const auto run = [&] {
           if (algorithm == "fast_marching")
             levelset::openmp::fast_marching_blocks(d, band, size);
@@ -102,13 +107,14 @@ void levelset_blocks(const FigureOptions& options, const Model& model, Rows& row
         };
         Rows row = {{"scene", name},       {"algorithm", algorithm}, {"blocks", side * side * side},
                     {"variant", "openmp"}, {"work_points", work},    {"band_points", band_points}};
-        row.update(scale_row(model, {reset, run, 8. * static_cast<double>(start.distance.value.size())}, cores, options.quick));
+        row.update(scale_row(model, {reset, run, 8. * static_cast<double>(start.distance.value.size())}, cores,
+                             options.quick));
         rows.push_back(row);
       }
   }
 }
 
-// The distances of a slice through the middle of the spheres and the box, and what first-order upwind makes of them.
+// The distances of a slice through the middle of the spheres and the box, and their first-order error.
 void levelset_slice(const FigureOptions&, const Model&, Rows& rows) {
   const levelset::Scene scene = levelset::load_scene("scenes/levelset/spheres_and_box_128_full.toml");
   levelset::Distances<float> d;
@@ -119,17 +125,18 @@ void levelset_slice(const FigureOptions&, const Model&, Rows& rows) {
     for (int x = 0; x < scene.grid.nx; ++x) {
       const double exact = levelset::signed_distance(scene.shapes, scene.grid.position(x, y, z));
       const double found = scene.phi(x, y, z) < 0 ? -d.distance(x, y, z) : d.distance(x, y, z);
-      rows.push_back({{"x", x}, {"y", y}, {"distance", found}, {"error_in_spacings", (found - exact) / scene.grid.spacing}});
+      rows.push_back(
+          {{"x", x}, {"y", y}, {"distance", found}, {"error_in_spacings", (found - exact) / scene.grid.spacing}});
     }
 }
 
-// What reordering contacts into batches gives, and costs: ten substeps over the settled contacts of a scene, in the original order (in
-// parallel as far as that lets), and in batches, with the time to make them; and how large the batches are.
+// Gain and cost of reordering contacts into batches: ten substeps over the settled contacts of a scene, in the original
+// order (as parallel as it allows), and in batches with the time to make them. Also the sizes of the batches.
 void contact_batches(const FigureOptions& options, const Model& model, Rows& rows) {
   using namespace rigid;
-  const std::vector<std::string> scenes = options.quick
-                                              ? std::vector<std::string>{"pyramid_15"}
-                                              : std::vector<std::string>{"pyramid_24", "box_pit_4000", "hull_pit_2000", "castle_hit"};
+  const std::vector<std::string> scenes =
+      options.quick ? std::vector<std::string>{"pyramid_15"}
+                    : std::vector<std::string>{"pyramid_24", "box_pit_4000", "hull_pit_2000", "castle_hit"};
   for (const std::string& name : scenes) {
     const Scene scene = load_scene("scenes/rigid/" + name + ".toml");
     const StepSettings settings = settings_of(scene);
@@ -156,12 +163,14 @@ void contact_batches(const FigureOptions& options, const Model& model, Rows& row
     };
     const int repeats = options.quick ? 1 : 3;
     const auto serial_row = [&](const char* form, const std::function<void()>& solve) {
-      rows.push_back({{"scene", name}, {"form", form}, {"variant", "serial"}, {"measured_ms", least_ms(repeats, reset, solve)}});
+      rows.push_back(
+          {{"scene", name}, {"form", form}, {"variant", "serial"}, {"measured_ms", least_ms(repeats, reset, solve)}});
     };
     progress("contact_batches: " + name);
     serial_row("original", original(serial::contact_solver_original));
     serial_row("batches", reordered(serial::batches, serial::contact_solver_batches));
-    const double bytes = static_cast<double>(memory.manifolds.size() * (sizeof(Manifold<float>) + 2 * sizeof(Impulses<float>)));
+    const double bytes =
+        static_cast<double>(memory.manifolds.size() * (sizeof(Manifold<float>) + 2 * sizeof(Impulses<float>)));
     for (const int cores : cores_of(options)) {
       const auto scaled = [&](const char* form, const std::function<void()>& solve) {
         Rows row = {{"scene", name}, {"form", form}, {"variant", "openmp"}};
@@ -173,7 +182,10 @@ void contact_batches(const FigureOptions& options, const Model& model, Rows& row
       scaled("reorder", [&] { batches = openmp::batches(memory.manifolds, body, bodies); });
     }
     for (int k = 0; k < batches.count(); ++k)
-      rows.push_back({{"scene", name}, {"variant", "batch_size"}, {"batch", k}, {"contacts", batches.begin[k + 1] - batches.begin[k]}});
+      rows.push_back({{"scene", name},
+                      {"variant", "batch_size"},
+                      {"batch", k},
+                      {"contacts", batches.begin[k + 1] - batches.begin[k]}});
   }
 }
 

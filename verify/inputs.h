@@ -1,8 +1,8 @@
-// Inputs that kernels share: a scene in the state in which kernels find it, its double truth, a serial run.
+// Inputs that kernels share: a settled scene, its double truth, a serial run.
 //
-// One cache for all domains, with one budget. Kernels come one after another on the same few scenes, so what was used last
-// is kept, and what has not been used for longest is dropped once all that is kept exceeds the budget. Whoever still uses a
-// dropped input keeps it alive.
+// One cache for all domains, with one budget. Kernels run one after another on the same few scenes, so the cache drops
+// the least recently used inputs when their total exceeds the budget. A shared pointer keeps a dropped input alive for
+// its users.
 #pragma once
 
 #include <functional>
@@ -21,11 +21,11 @@ struct MadeInput {
   double bytes;
 };
 
-// The input of that key, made where it is not kept.
+// The input of that key; calls `make` if the cache does not hold it.
 std::shared_ptr<const void> kept_input(const std::string& key, const std::function<MadeInput()>& make);
 
-// An input of type T for the scene at `path`, or for another key that names it. bytes_of(T) must be found beside T: for a
-// state whose arrays are listed that is the one of common/arrays.h.
+// The input of type T for a key, such as a scene's path. Needs a function bytes_of(const T&) beside T; for a state
+// whose arrays are listed, common/arrays.h has one.
 template <class T>
 std::shared_ptr<const T> inputs(const std::string& key, const std::function<T()>& make) {
   const auto input = kept_input(std::string(typeid(T).name()) + ' ' + key, [&] {

@@ -10,7 +10,7 @@
 namespace lockstep::verify {
 namespace {
 
-// Filled before main, by constants of other files.
+// Filled before main by the Register constants of other files.
 std::vector<Registered>& registered() {
   static std::vector<Registered> all;
   return all;

@@ -1,5 +1,5 @@
-// What there is to verify: every kernel, its forms, and the scenes that belong to them, as verify/DOMAIN/KERNEL.cpp registers
-// them. Scripts read the JSON: tsan, determinism, fuzz, mutants, figures; README's table is the Markdown.
+// Lists every kernel, its forms and their scenes, as verify/DOMAIN/KERNEL.cpp registers them. Scripts read the JSON:
+// tsan, determinism, fuzz, mutants, figures. README's table is the Markdown output.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -25,14 +25,14 @@ std::string joined(const std::vector<std::string>& words) {
   return all;
 }
 
-// `a`, `b`; "one" for the one form without a name.
+// "`a`, `b`"; "one" for a form without a name.
 std::string quoted(const std::vector<std::string>& forms) {
   std::string all;
   for (const std::string& form : forms) all += (all.empty() ? "" : ", ") + (form.empty() ? "one" : '`' + form + '`');
   return all;
 }
 
-// A line a kernel: its serial forms, and its openmp forms but for those that run another form's code.
+// One line a kernel: its serial forms, and its openmp forms except those that run another form's code.
 void print_markdown(const std::vector<Kernel>& all) {
   std::puts("| kernel | serial forms | openmp forms |\n|---|---|---|");
   for (auto kernel = all.begin(); kernel != all.end();) {
@@ -40,7 +40,8 @@ void print_markdown(const std::vector<Kernel>& all) {
     std::vector<std::string> forms;
     for (auto form = kernel; form != next; ++form)
       if (form->covered_by.empty()) forms.push_back(form->form);
-    std::printf("| `%s` | %s | %s |\n", kernel->name.c_str(), quoted(kernel->serial_forms).c_str(), quoted(forms).c_str());
+    std::printf("| `%s` | %s | %s |\n", kernel->name.c_str(), quoted(kernel->serial_forms).c_str(),
+                quoted(forms).c_str());
     kernel = next;
   }
 }
@@ -48,8 +49,8 @@ void print_markdown(const std::vector<Kernel>& all) {
 void print_table(const std::vector<Kernel>& all) {
   std::printf("%-23s %-22s %s\n", "kernel", "form", "scenes; more with FULL=1");
   for (const Kernel& kernel : all)
-    std::printf("%-23s %-22s %s; %s\n", kernel.name.c_str(), kernel.form.c_str(), joined(names_of(kernel.scenes)).c_str(),
-                joined(names_of(kernel.more_scenes)).c_str());
+    std::printf("%-23s %-22s %s; %s\n", kernel.name.c_str(), kernel.form.c_str(),
+                joined(names_of(kernel.scenes)).c_str(), joined(names_of(kernel.more_scenes)).c_str());
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// build/lockstep: the command line. Exit codes: 0 good, 1 a check failed, 2 bad usage or input, 128 + n stopped by signal n.
+// build/lockstep: the command line. Exit codes: 0 good, 1 a check failed, 2 bad usage or input, 128 + n stopped by
+// signal n.
 #include <malloc.h>
 #include <omp.h>
 
@@ -28,20 +29,25 @@ void add_threads(CLI::App* command, Options& options) {
       ->check(CLI::Range(1, max_threads));
 }
 
-void add_quick(CLI::App* command, bool& quick) { command->add_flag("--quick", quick, "fewer repeats and sizes, to see that it works"); }
+void add_quick(CLI::App* command, bool& quick) {
+  command->add_flag("--quick", quick, "fewer repeats and sizes, to see that it works");
+}
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Memory that a kernel gives back stays with the process: its next call wants as much, and pages from the system are slow. A step of
-  // 5,000 particles took .57 ms without, .36 ms with; one of 100,000 boxes in a pit, with arrays of more than 32 MB, 164 ms and 117 ms.
+  // Memory that a kernel frees stays with the process: its next call needs as much, and new pages from the system are
+  // slow. A step of 5,000 particles took .57 ms without this and .36 ms with it. A step of 100,000 boxes in a pit, with
+  // arrays of more than 32 MB, took 164 ms and 117 ms.
   mallopt(M_MMAP_MAX, 0);
   mallopt(M_TRIM_THRESHOLD, -1);
 
-  // Kernels do not nest parallel regions on purpose, and a user's OMP_MAX_ACTIVE_LEVELS would have those that call each other do so.
+  // No kernel relies on nested parallel regions. A user's OMP_MAX_ACTIVE_LEVELS would nest the regions of kernels that
+  // call each other.
   omp_set_max_active_levels(1);
 
-  CLI::App app("Lockstep: the algorithms of two papers on many-core physics, serial and parallel, verified against each other");
+  CLI::App app(
+      "Lockstep: the algorithms of two papers on many-core physics, serial and parallel, verified against each other");
   app.require_subcommand(1);
   Options options;
   RunOptions run_options;
@@ -64,28 +70,36 @@ int main(int argc, char** argv) {
   ScaleOptions scale_options;
   CLI::App* scale_command = app.add_subcommand("scale", "model every kernel on more cores than this machine has");
   add_selection(scale_command, scale_options);
-  scale_command->add_option("--cores", scale_options.cores, "on these numbers of cores (default: 1,2,4,...,128; quick: 1,2,64)")
+  scale_command
+      ->add_option("--cores", scale_options.cores, "on these numbers of cores (default: 1,2,4,...,128; quick: 1,2,64)")
       ->delimiter(',')
       ->check(CLI::Range(1, max_threads));
   add_quick(scale_command, scale_options.quick);
 
   CLI::App* run_command = app.add_subcommand("run", "simulate a scene");
   run_command->add_option("--scene", run_options.scene, "a .toml or .fluid file")->required();
-  run_command->add_option("--variant", run_options.variant, "serial or openmp (default)")->check(CLI::IsMember({"serial", "openmp"}));
+  run_command->add_option("--variant", run_options.variant, "serial or openmp (default)")
+      ->check(CLI::IsMember({"serial", "openmp"}));
   run_command->add_option("--form", run_options.form, "which form of the step");
   run_command->add_option("--threads", run_options.threads, "how many threads")->check(CLI::Range(1, max_threads));
-  run_command->add_option("--frames", run_options.frames, "how many frames (default: as the scene says)")->check(CLI::Range(1, 1 << 30));
+  run_command->add_option("--frames", run_options.frames, "how many frames (default: as the scene says)")
+      ->check(CLI::Range(1, 1 << 30));
   run_command
       ->add_option("--out", run_options.out,
-                   "a .fluid, or of a level set .vti or .vtk file for the last state, or a folder for frames that ParaView opens")
+                   "a .fluid, or of a level set .vti or .vtk file for the last state, or a folder for frames that "
+                   "ParaView opens")
       ->required();
 
   run_command->add_flag("--resume", run_options.resume, "go on from the last frame in the folder, bit for bit");
 
   EndureOptions endure_options;
-  CLI::App* endure_command = app.add_subcommand("endure", "run scenes for many steps: nothing may break, get lost or grow");
-  endure_command->add_option("--scene", endure_options.scene, "only this .toml file (default: all below scenes/ that move)");
-  endure_command->add_option("--steps", endure_options.steps, "how many steps each")->check(CLI::Range(2, 1 << 30))->capture_default_str();
+  CLI::App* endure_command =
+      app.add_subcommand("endure", "run scenes for many steps: nothing may break, get lost or grow");
+  endure_command->add_option("--scene", endure_options.scene,
+                             "only this .toml file (default: all below scenes/ that move)");
+  endure_command->add_option("--steps", endure_options.steps, "how many steps each")
+      ->check(CLI::Range(2, 1 << 30))
+      ->capture_default_str();
   endure_command->add_option("--json", endure_options.json, "write the rows to this file");
 
   FigureOptions figure_options;
@@ -102,12 +116,14 @@ int main(int argc, char** argv) {
   }
 
   try {
-    if (options.threads.empty()) options.threads = verify_command->parsed() ? std::vector<int>{1, 2, 3} : std::vector<int>{1, 2};
+    if (options.threads.empty())
+      options.threads = verify_command->parsed() ? std::vector<int>{1, 2, 3} : std::vector<int>{1, 2};
     if (list_command->parsed()) return list(list_options);
     if (verify_command->parsed()) return verify(options);
     if (bench_command->parsed()) return bench(options);
     if (scale_options.cores.empty())
-      scale_options.cores = scale_options.quick ? std::vector<int>{1, 2, 64} : std::vector<int>{1, 2, 4, 8, 16, 32, 64, 128};
+      scale_options.cores =
+          scale_options.quick ? std::vector<int>{1, 2, 64} : std::vector<int>{1, 2, 4, 8, 16, 32, 64, 128};
     if (scale_command->parsed()) return scale(scale_options);
     if (endure_command->parsed()) return endure(endure_options);
     if (figures_command->parsed()) return figures(figure_options);

@@ -14,8 +14,8 @@ Record record(int cores, const std::function<void()>& work, double (*clock)(), d
   Recorder mine(cores, clock, clock_ns, locks);
   std::atomic<bool> all_done = false;
   Record made;
-  // One thread makes the record, the others serve it as hosts. `recorder` is set after the barrier, when no thread calls OpenMP
-  // for itself any more.
+  // One thread makes the record, the others serve it as hosts. `recorder` is set after the barrier, when no thread
+  // calls OpenMP for itself any more.
 #pragma omp parallel num_threads(mine.hosts())
   {
     const int thread = omp_get_thread_num();

@@ -1,6 +1,6 @@
-// The linker's --wrap sends every call that a kernel makes to OpenMP's runtime, libgomp, to the __wrap_ functions of this file.
-// They pass the call on to libgomp, whose functions are then named __real_, unless a record is being made: then the Recorder
-// answers. The Makefile lists the functions, and tests/scale_test.cpp checks that none is missing.
+// The linker's --wrap sends every call that a kernel makes to OpenMP's runtime, libgomp, to the __wrap_ functions of
+// this file. They pass the call on to libgomp, whose functions are then named __real_, unless a record is being made:
+// then the Recorder answers. The Makefile lists the functions, and tests/scale_test.cpp checks that none is missing.
 //
 // Static loops need no function here: the compiler divides them by omp_get_thread_num() and omp_get_num_threads().
 #include <omp.h>
@@ -20,18 +20,22 @@ using Count = unsigned long long;
     return answer;                                      \
   }
 
-WRAP(void, GOMP_parallel, (void (*region)(void*), void* data, unsigned threads, unsigned flags), (region, data, threads, flags),
-     recorder->parallel(region, data, threads, {}))
-WRAP(void, GOMP_parallel_sections, (void (*region)(void*), void* data, unsigned threads, unsigned count, unsigned flags),
+WRAP(void, GOMP_parallel, (void (*region)(void*), void* data, unsigned threads, unsigned flags),
+     (region, data, threads, flags), recorder->parallel(region, data, threads, {}))
+WRAP(void, GOMP_parallel_sections,
+     (void (*region)(void*), void* data, unsigned threads, unsigned count, unsigned flags),
      (region, data, threads, count, flags), recorder->parallel(region, data, threads, SharedWork{1, count + 1, 1, 1}))
 WRAP(void, GOMP_parallel_loop_nonmonotonic_dynamic,
      (void (*region)(void*), void* data, unsigned threads, long begin, long end, long step, long chunk, unsigned flags),
-     (region, data, threads, begin, end, step, chunk, flags), recorder->parallel(region, data, threads, SharedWork{begin, end, step, chunk}))
+     (region, data, threads, begin, end, step, chunk, flags),
+     recorder->parallel(region, data, threads, SharedWork{begin, end, step, chunk}))
 WRAP(void, GOMP_barrier, (), (), recorder->barrier())
 WRAP(bool, GOMP_loop_nonmonotonic_dynamic_start, (long begin, long end, long step, long chunk, long* first, long* last),
      (begin, end, step, chunk, first, last), recorder->loop_start({begin, end, step, chunk}, *first, *last))
-WRAP(bool, GOMP_loop_nonmonotonic_dynamic_next, (long* first, long* last), (first, last), recorder->next_chunk(*first, *last))
-WRAP(bool, GOMP_loop_ull_nonmonotonic_dynamic_start, (bool up, Count begin, Count end, Count step, Count chunk, Count* first, Count* last),
+WRAP(bool, GOMP_loop_nonmonotonic_dynamic_next, (long* first, long* last), (first, last),
+     recorder->next_chunk(*first, *last))
+WRAP(bool, GOMP_loop_ull_nonmonotonic_dynamic_start,
+     (bool up, Count begin, Count end, Count step, Count chunk, Count* first, Count* last),
      (up, begin, end, step, chunk, first, last),
      recorder->loop_start({long(begin), long(end), long(step), long(chunk)}, *reinterpret_cast<long*>(first),
                           *reinterpret_cast<long*>(last)))

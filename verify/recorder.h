@@ -1,5 +1,5 @@
-// A team of any size on the machine's cores, one member at a time: the Recorder answers the kernels' calls to OpenMP's runtime
-// (record_wraps.cpp) and notes what each member did between the calls.
+// A team of any size on the machine's cores, one member at a time: the Recorder answers the kernels' calls to OpenMP's
+// runtime (record_wraps.cpp) and notes what each member did between the calls.
 #pragma once
 
 #include <omp.h>
@@ -28,7 +28,9 @@ namespace lockstep::verify {
 // A stack as large as those that OpenMP gives its threads. Pages that are never touched cost nothing.
 class Stack {
  public:
-  Stack() : at_(mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE | MAP_STACK, -1, 0)) {
+  Stack()
+      : at_(mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE | MAP_STACK, -1,
+                 0)) {
     if (at_ == MAP_FAILED) throw std::bad_alloc();
   }
   ~Stack() { munmap(at_, size); }
@@ -61,16 +63,17 @@ struct SharedWork {
   }
 };
 
-// The first `cores` members. They are kept from record to record, as OpenMP keeps its threads: the first touch of a stack's
-// pages is expensive.
+// The first `cores` members. They are kept from record to record, as OpenMP keeps its threads: the first touch of a
+// stack's pages is expensive.
 inline std::span<const std::unique_ptr<Member>> team(int cores) {
   static std::vector<std::unique_ptr<Member>> members;
   while (std::ssize(members) < cores) members.push_back(std::make_unique<Member>());
   return std::span(members).first(cores);
 }
 
-// An OpenMP thread that members run on. Each core's caches then hold the data of its own members, and data that other members
-// wrote comes from another core, as in a real run. Only one host runs at a time. The first host makes the record.
+// An OpenMP thread that members run on. Each core's caches then hold the data of its own members, and data that other
+// members wrote comes from another core, as in a real run. Only one host runs at a time. The first host makes the
+// record.
 class Host {
  public:
   // Runs m until it yields or ends.
@@ -78,8 +81,8 @@ class Host {
     turn_.store(&m, std::memory_order_release);
     while (turn_.load(std::memory_order_acquire)) pause();
   }
-  // Runs members when it is this thread's turn, until `all_done`. The thread spins between turns: if it slept, the system might
-  // run something else on its core, or move the thread.
+  // Runs members when it is this thread's turn, until `all_done`. The thread spins between turns: if it slept, the
+  // system might run something else on its core, or move the thread.
   void serve(const std::atomic<bool>& all_done) {
     while (!all_done.load(std::memory_order_acquire)) {
       if (Member* const m = turn_.load(std::memory_order_acquire)) {
@@ -106,7 +109,11 @@ class Host {
 class Recorder {
  public:
   Recorder(int cores, double (*clock)(), double clock_ns, Locks locks)
-      : clock_(clock), clock_ns_(clock_ns), locks_(locks), members_(team(cores)), hosts_(std::min(cores, omp_get_num_procs())) {
+      : clock_(clock),
+        clock_ns_(clock_ns),
+        locks_(locks),
+        members_(team(cores)),
+        hosts_(std::min(cores, omp_get_num_procs())) {
     record_.cores = cores;
   }
 
@@ -169,7 +176,8 @@ class Recorder {
     yield(Member::waiting);
   }
 
-  // The next chunk of the thread's current loop or list of sections. Members that have worked less take their chunks first.
+  // The next chunk of the thread's current loop or list of sections. Members that have worked less take their chunks
+  // first.
   bool next_chunk(long& first, long& last) {
     if (alone()) return alone_.take(first, last);
     const std::size_t which = members_[running_]->shared - 1;
@@ -206,7 +214,8 @@ class Recorder {
   static void run_member();
   Host& host_of(int member) { return hosts_[member % hosts_.size()]; }
 
-  // Enters the next shared construct. Returns whether this thread is the first to do so; the construct then starts as `fresh`.
+  // Enters the next shared construct. Returns whether this thread is the first to do so; the construct then starts as
+  // `fresh`.
   bool meet(const SharedWork& fresh) {
     if (alone()) {
       alone_ = fresh;
@@ -244,7 +253,8 @@ class Recorder {
     const auto least = [&]() -> std::optional<int> {
       std::optional<int> found;
       for (int i = 0; i < cores(); ++i)
-        if (members_[i]->state == Member::ready && (!found || members_[i]->worked < members_[*found]->worked)) found = i;
+        if (members_[i]->state == Member::ready && (!found || members_[i]->worked < members_[*found]->worked))
+          found = i;
       return found;
     };
     if (const auto found = least()) return found;

@@ -10,23 +10,25 @@ namespace {
 
 struct Lock {
   int holder = -1, last = -1;
-  std::deque<int> queue;  // who waits, in the order they came
+  std::deque<int> queue;  // waiting cores, in the order of arrival
 };
 
 struct Core {
   double now = 0;
-  std::size_t next = 0;  // event
+  std::size_t next = 0;  // index of its next event
 };
 
-// One region, from its fork: adds to `spent` where time went, and returns when its last core is done.
+// Replays one region. Adds its times to `spent`. Returns the time from its fork to the end of its last core.
 double replay_region(const Region& region, const Costs& costs, Replayed& spent) {
   const int cores = static_cast<int>(region.size());
   std::vector<Core> core(cores);
   std::unordered_map<const void*, Lock> lock;
-  std::unordered_map<const void*, std::pair<double, int>> counter;  // of a loop: from when it is free, and who fetched last
+  std::unordered_map<const void*, std::pair<double, int>>
+      counter;  // of a loop: when it is free, and the core that fetched last
   std::vector<int> at_barrier;
 
-  // Cores that can go on, by their clocks: whoever is earliest acts first, so that locks are had in the order they are asked for.
+  // Cores that can go on, ordered by their clocks. The earliest acts first, so locks are granted in the order of
+  // asking.
   using Turn = std::pair<double, int>;
   std::priority_queue<Turn, std::vector<Turn>, std::greater<>> turns;
   for (int c = 0; c < cores; ++c) turns.push({0, c});
@@ -74,7 +76,8 @@ double replay_region(const Region& region, const Costs& costs, Replayed& spent) 
       }
       case Event::dispatch: {
         auto& [free_from, last] = counter.try_emplace(event.what, 0., -1).first->second;
-        const double done = std::max(me.now, free_from) + (last < 0 || last == c ? costs.dispatch.again : costs.dispatch.moved);
+        const double done =
+            std::max(me.now, free_from) + (last < 0 || last == c ? costs.dispatch.again : costs.dispatch.moved);
         spent.dispatch += done - me.now;
         me.now = free_from = done;
         last = c;

@@ -1,5 +1,5 @@
-// Replays a record (record.h) on as many simulated cores as it was made for: the work as it was timed, in the order that barriers, locks
-// and loops impose, at what those cost on this machine.
+// Replays a record (record.h) on as many simulated cores as it was made for. Work takes its recorded time. Barriers,
+// locks and loops impose the order, at their costs on this machine.
 #pragma once
 
 #include <cmath>
@@ -8,38 +8,38 @@
 
 namespace lockstep::verify {
 
-// What all threads of a team do together, in ns. Measured with one thread and with two; a tree of P leaves is log2 P deep, and each
-// level costs what two threads pay.
+// The cost of a joint operation of all threads, in ns, measured with one thread and with two. A tree of P leaves is
+// log2 P deep, and each level costs as much as two threads pay.
 struct Together {
   double one = 0, two = 0;
   double at(int cores) const { return cores == 1 ? one : two * std::log2(cores); }
 };
 
-// What one thread at a time may do, in ns: where this core did it last, and where another did.
+// The cost of an exclusive operation, in ns: if this core did it last, and if another core did.
 struct OneAtATime {
   double again = 0, moved = 0;
 };
 
 struct Costs {
   Together fork_join, barrier;
-  double lock_moved = 0;    // to have a lock that another core had last, beyond what one's own costs, which is in the record
+  double lock_moved = 0;    // extra cost of a lock that another core held last; the rest is in the record
   OneAtATime dispatch;      // to fetch a chunk of a loop
-  double bytes_per_ns = 0;  // of memory, by all cores together; no bound where 0
+  double bytes_per_ns = 0;  // memory bandwidth of all cores together; no bound if 0
 };
 
-// Where the time went, in ns; but for `total` and `compute` the sum over the cores.
+// How the time is spent, in ns. All but `total` and `compute` are sums over the cores.
 struct Replayed {
   double total = 0;     // from beginning to end, on the clock
-  double compute = 0;   // the same, were memory no bound
-  double work = 0;      // at the kernel's own work
+  double compute = 0;   // the same without the bound by memory
+  double work = 0;      // the kernel's own work
   double serial = 0;    // idle while one core works outside regions
-  double together = 0;  // in forks, joins and barriers themselves
-  double locks = 0;     // to take locks and wait for them
-  double dispatch = 0;  // to fetch chunks and wait for them
-  double waiting = 0;   // for the slowest, at barriers and the ends of regions
+  double together = 0;  // forks, joins and barriers themselves
+  double locks = 0;     // taking locks and waiting for them
+  double dispatch = 0;  // fetching chunks and waiting for them
+  double waiting = 0;   // waiting for the slowest core, at barriers and the ends of regions
 };
 
-// `bytes` must come from and go to memory: the record takes no less time than that does. 0 where caches hold them.
+// `bytes` is the memory traffic of the work, 0 if caches hold the data. The total is at least the time of that traffic.
 Replayed replay(const Record& record, const Costs& costs, double bytes);
 
 }  // namespace lockstep::verify

@@ -10,7 +10,7 @@
 #include <fstream>
 #include <thread>
 
-#include "commit.h"  // made by the Makefile: what the program was built from
+#include "commit.h"  // written by the Makefile: the commit and the flags of this build
 #include "common/atomic_file.h"
 #include "common/simd.h"
 

@@ -1,8 +1,9 @@
-// Simulates a scene and writes what became of it.
+// Simulates a scene and writes its frames or its final state.
 //
-// After each frame what the next one needs is written beside it, so that --resume goes on bit for bit. Files are written aside and then
-// renamed: whoever stops the program, and however, leaves whole frames only. The state is written after its frame, so that a frame is never
-// missing; one that the state does not know of yet is made again, with the same bits.
+// After each frame, the state that the next one needs is written beside it, so --resume continues bit for bit. Files
+// are written under another name and then renamed, so a run that is stopped in any way leaves whole frames only. The
+// state is written after its frame, so that no frame is missing. A frame that is newer than the state is computed
+// again, with the same bits.
 #include <omp.h>
 
 #include <algorithm>
@@ -30,7 +31,7 @@ void make_folder(const std::string& path) {
   if (error) throw InputError(path + ": cannot be made: " + error.message());
 }
 
-// Whether one file is asked for, and not a folder of frames.
+// Whether --out names one file, not a folder of frames.
 bool wants_one_file(const std::string& out, const std::vector<std::string>& formats) {
   const std::string extension = std::filesystem::path(out).extension();
   if (std::ranges::find(formats, extension) != formats.end()) return true;
@@ -40,19 +41,19 @@ bool wants_one_file(const std::string& out, const std::vector<std::string>& form
   return false;
 }
 
-// Which run it is: another scene, variant or form would leave other bits. Threads and lanes do not.
+// Identifies the run. Another scene, variant or form gives other bits; other threads or lanes do not.
 std::string identity(const Simulation& simulation, const RunOptions& options) {
   std::ifstream in = open_input(options.scene);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   char hash[20];
   std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(hash_bytes(std::span<const char>(text))));
-  return simulation.name + ' ' + hash + ", " + std::to_string(simulation.elements) + ' ' + simulation.unit + ", " + options.variant + ' ' +
-         simulation.form;
+  return simulation.name + ' ' + hash + ", " + std::to_string(simulation.elements) + ' ' + simulation.unit + ", " +
+         options.variant + ' ' + simulation.form;
 }
 
 volatile std::sig_atomic_t stopped_by = 0;
 
-// The first Ctrl-C stops the run after the frame it is at, a second one at once.
+// The first Ctrl-C stops the run after the current frame, the second one at once.
 void stop_at_signals() {
   struct sigaction action = {};
   action.sa_handler = [](int signal) { stopped_by = signal; };
@@ -66,7 +67,8 @@ int run(const RunOptions& options) {
   const Simulation simulation = make_simulation(options);
   if (options.threads > 0) omp_set_num_threads(options.threads);
   const int frames = options.frames > 0 ? options.frames : simulation.frames;
-  const bool one_file = wants_one_file(options.out, simulation.state_formats), keeps_state = !one_file && !simulation.state.empty();
+  const bool one_file = wants_one_file(options.out, simulation.state_formats),
+             keeps_state = !one_file && !simulation.state.empty();
   const std::string who = identity(simulation, options), state_file = options.out + "/state.lockstep";
   if (options.resume && !keeps_state) throw InputError("--resume: only what writes frames to a folder can go on");
 
@@ -98,15 +100,17 @@ int run(const RunOptions& options) {
   progress("");
   if (one_file) simulation.write_state(options.out);
   if (stopped_by) {
-    std::fprintf(stderr, "lockstep: stopped after frame %d of %d%s\n", frame, frames, keeps_state ? "; --resume goes on from there" : "");
+    std::fprintf(stderr, "lockstep: stopped after frame %d of %d%s\n", frame, frames,
+                 keeps_state ? "; --resume goes on from there" : "");
     return 128 + stopped_by;
   }
   const char* unit = simulation.unit.c_str();
   const int made = frame - first;
-  std::printf("%s: %d %s, %d frames, %s %s on %d threads: %.2f ms a frame, %.3g %s a second; wrote %s\n", simulation.name.c_str(),
-              simulation.elements, unit, made, options.variant.c_str(), simulation.form.c_str(),
-              options.variant == "serial" ? 1 : omp_get_max_threads(), 1e3 * seconds / std::max(made, 1),
-              made > 0 ? simulation.elements * made / seconds : 0, unit, options.out.c_str());
+  std::printf("%s: %d %s, %d frames, %s %s on %d threads: %.2f ms a frame, %.3g %s a second; wrote %s\n",
+              simulation.name.c_str(), simulation.elements, unit, made, options.variant.c_str(),
+              simulation.form.c_str(), options.variant == "serial" ? 1 : omp_get_max_threads(),
+              1e3 * seconds / std::max(made, 1), made > 0 ? simulation.elements * made / seconds : 0, unit,
+              options.out.c_str());
   if (simulation.summary && made > 0) std::printf("%s\n", simulation.summary().c_str());
   return 0;
 }

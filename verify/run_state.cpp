@@ -1,4 +1,5 @@
-// The file: a line that says what it is, the run, and the frame; each array as its length in bytes and its bytes; last a hash of all that.
+// Format: three lines (format, run, frame); each array as its length in bytes and its bytes; last a hash of everything
+// before.
 #include "verify/run_state.h"
 
 #include <algorithm>
@@ -57,16 +58,18 @@ int read_state(const std::string& path, const std::string& run, const std::vecto
   std::ifstream in = open_input(path);
   const std::string text{std::istreambuf_iterator<char>(in), {}};
 
-  // With the hash right, what follows is as it was written.
+  // A correct hash means that the rest of the file is as it was written.
   std::string_view rest(text);
-  if (!rest.starts_with(format + '\n')) throw InputError(path + ": not the state of a run that this version of lockstep reads");
+  if (!rest.starts_with(format + '\n'))
+    throw InputError(path + ": not the state of a run that this version of lockstep reads");
   std::string_view hash = rest.substr(rest.size() - std::min(rest.size(), sizeof(std::uint64_t)));
   rest.remove_suffix(hash.size());
   if (hash.size() < sizeof(std::uint64_t) || take<std::uint64_t>(hash) != hash_bytes(std::span<const char>(rest)))
     throw InputError(path + ": damaged: not what was written");
 
   take_line(rest);
-  if (const std::string other = take_line(rest); other != run) throw InputError(path + ": of another run, " + other + "; expected " + run);
+  if (const std::string other = take_line(rest); other != run)
+    throw InputError(path + ": of another run, " + other + "; expected " + run);
   const int frame = std::stoi(take_line(rest));
   for (const Kept& array : state) {
     const std::span<std::byte> room = array.room(take<std::uint64_t>(rest));

@@ -1,4 +1,4 @@
-// What of a run goes on from frame to frame, in a file beside the frames, so that a run that was cut off goes on bit for bit.
+// The state of a run, saved beside its frames. A run that was interrupted resumes from it, bit for bit.
 #pragma once
 
 #include <cstddef>
@@ -10,13 +10,13 @@
 
 namespace lockstep::verify {
 
-// One array of it: its bytes, and room for as many bytes as a file has of it.
+// One array of the state: access to its bytes, and a function that resizes it to a number of bytes.
 struct Kept {
   std::function<std::span<const std::byte>()> bytes;
   std::function<std::span<std::byte>(std::size_t)> room;
 };
 
-// The vector must outlive what is returned.
+// The vector must outlive the result.
 template <class Vector>
 Kept keep(Vector& vector) {
   using T = typename Vector::value_type;
@@ -28,12 +28,12 @@ Kept keep(Vector& vector) {
           }};
 }
 
-// `run` says in one line which run it is: scene, variant, form. What one run wrote only the same run reads.
-// Writes whole or not at all. Throws InputError where it cannot be written.
+// `run` is one line that identifies the run: scene, variant, form. Only the same run reads the file. Writes the file
+// whole or not at all. Throws InputError if it cannot be written.
 void write_state(const std::string& path, const std::string& run, int frame, const std::vector<Kept>& state);
 
-// Fills the arrays and returns the frame they are of. Throws InputError where there is no such file, it is not whole, or of another run:
-// the arrays are then as they were.
+// Fills the arrays and returns the number of their frame. Throws InputError if the file is missing, damaged, or of
+// another run; the arrays are then unchanged.
 int read_state(const std::string& path, const std::string& run, const std::vector<Kept>& state);
 
 }  // namespace lockstep::verify

@@ -1,8 +1,10 @@
-"""Do reports of `lockstep verify` agree, bit for bit? Arguments: two or more of its JSON files, from other runs, builds or machines.
+"""Do reports of `lockstep verify` agree, bit for bit? Arguments: two or more of its JSON files, from other runs, builds
+or machines.
 
-A row of verify holds a hash of what the openmp form left. Rows of the same kernel, form and scene must hold the same hash in all reports and
-at all thread counts; of reports made with other lanes or another compiler (--bitwise), those whose verdict is bitwise must. Forms that depend
-on the order in which threads come to a lock have no hash. Prints a line a form; exit code 1 if any differ, or if there is nothing to compare.
+A row of verify holds a hash of the openmp form's result. Rows of the same kernel, form and scene must hold the same
+hash in all reports and at all thread counts. Reports made with other lanes or another compiler (--bitwise) must agree
+in the rows with a bitwise verdict. Forms that depend on the order in which threads take a lock have no hash. Prints a
+line a form. The exit code is 1 if any rows differ, or if there is nothing to compare.
 """
 
 import argparse
@@ -17,7 +19,7 @@ def main():
     arguments.add_argument("--bitwise", action="store_true", help="only rows whose verdict is bitwise")
     options = arguments.parse_args()
 
-    hashes = collections.defaultdict(lambda: collections.defaultdict(set))  # of kernel and form, of scene
+    hashes = collections.defaultdict(lambda: collections.defaultdict(set))  # by kernel and form, then by scene
     rows = collections.Counter()
     failed = 0
     for path in options.reports:

@@ -7,7 +7,8 @@ namespace lockstep::verify {
 
 Counted counted(const std::vector<Sample>& samples, double whole, std::size_t enough) {
   std::vector<Sample> on_whole_cores;
-  std::ranges::copy_if(samples, std::back_inserter(on_whole_cores), [&](const Sample& s) { return s.turns >= .9 * whole; });
+  std::ranges::copy_if(samples, std::back_inserter(on_whole_cores),
+                       [&](const Sample& s) { return s.turns >= .9 * whole; });
   if (on_whole_cores.size() < std::min(std::max<std::size_t>(samples.size() / 2, 1), enough)) return {samples, true};
   return {on_whole_cores, false};
 }

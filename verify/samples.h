@@ -1,8 +1,8 @@
-// Which of the benchmark's samples count.
+// Selects the benchmark's samples that were taken on whole cores.
 //
-// Two virtual cores are not always two: for seconds on end both may be halves of one of the host's, or another guest has the other half.
-// Two threads then gain 1.1 or 1.7 times one where they gain 1.95 else. So a loop over registers runs beside each sample and says how many
-// cores' work the threads got done.
+// Two virtual cores are not always two real ones. For seconds at a time both may be halves of one core of the host, or
+// another guest may use the other half. Two threads are then 1.1 or 1.7 times as fast as one, instead of 1.95 times. So
+// a loop over registers runs beside each sample and measures how many cores' work the threads did.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace lockstep::verify {
 
 struct Sample {
   double seconds;
-  double turns;  // a ns, of the loop over registers on all threads
+  double turns;  // iterations per ns of the loop over registers, on all threads
 };
 
 struct Counted {
@@ -20,11 +20,11 @@ struct Counted {
   bool lack_cores;
 };
 
-// Sets samples aside that had less than nine tenths of the cores: `whole` is what whole cores turn a ns. Where that leaves fewer than half
-// of them, and fewer than `enough`, they lack cores, and all count.
+// Drops the samples that had less than nine tenths of the cores. `whole` is the number of turns per ns on whole cores.
+// If fewer than half of the samples remain, and fewer than `enough`, then `lack_cores` is set and all samples count.
 Counted counted(const std::vector<Sample>& samples, double whole, std::size_t enough);
 
-// q = 0: the least; .5: the median. There must be a sample.
+// q = 0: the least; .5: the median. `samples` must not be empty.
 double quantile(const std::vector<Sample>& samples, double Sample::*of, double q);
 
 }  // namespace lockstep::verify

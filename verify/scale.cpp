@@ -1,5 +1,5 @@
-// A record of a run for each number of cores (record.h) is replayed (replay.h) at what forks, barriers, locks, chunks and memory cost here
-// (costs.h).
+// For each number of cores a run is recorded (record.h), then replayed (replay.h) at this machine's costs of forks,
+// barriers, locks, chunks and memory (costs.h).
 #include "verify/scale.h"
 
 #include <omp.h>
@@ -51,15 +51,16 @@ nlohmann::ordered_json describe(const Model& model) {
 
 namespace {
 
-// How often to record and, on cores that the machine has, to time: so often at the least, and as fits the time.
+// How often to record and, on numbers of cores that the machine has, to time: at least so often, and as often as fits
+// the seconds.
 struct Effort {
   int least;
   double seconds_here, seconds_beyond;
 };
 constexpr Effort full_effort = {3, .2, .05}, quick_effort = {1, 0, 0};
 
-// How often, with minutes between, what can be measured is recorded and timed again: others on the machine disturb it for longer than a row
-// takes.
+// How many times, with minutes between, the rows that can be measured are recorded and timed. Other work on the machine
+// disturbs it for longer than a row takes.
 constexpr int full_passes = 3, quick_passes = 1;
 
 nlohmann::ordered_json less_disturbed(const nlohmann::ordered_json& a, const nlohmann::ordered_json& b) {
@@ -73,15 +74,15 @@ nlohmann::ordered_json less_disturbed(const nlohmann::ordered_json& a, const nlo
 void print(const nlohmann::ordered_json& row, double first_ms) {
   const double ms = row["modelled_ms"];
   const auto text = [&](const char* key) { return row[key].get<std::string>(); };
-  std::printf("%-19s %-13s %-25s %5d %11.3f ", text("kernel").c_str(), text("form").c_str(), text("scene").c_str(), row["cores"].get<int>(),
-              ms);
+  std::printf("%-19s %-13s %-25s %5d %11.3f ", text("kernel").c_str(), text("form").c_str(), text("scene").c_str(),
+              row["cores"].get<int>(), ms);
   if (row.contains("off_by"))
     std::printf("%9.3f %+6.1f%% ", row["measured_ms"].get<double>(), 100 * row["off_by"].get<double>());
   else
     std::printf("%9s %7s ", "", "");
   const auto percent = [&](const char* share) { return 100 * row[share].get<double>(); };
-  std::printf("%8.2f   %3.0f%% %5.0f%% %7.0f%% %4.0f%% %7.0f%% %6.0f%%\n", first_ms / ms, percent("work"), percent("serial"),
-              percent("together"), percent("locks"), percent("dispatch"), percent("waiting"));
+  std::printf("%8.2f   %3.0f%% %5.0f%% %7.0f%% %4.0f%% %7.0f%% %6.0f%%\n", first_ms / ms, percent("work"),
+              percent("serial"), percent("together"), percent("locks"), percent("dispatch"), percent("waiting"));
 }
 
 }  // namespace
@@ -111,16 +112,17 @@ nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int
     measured_ms = std::min(measured_ms, 1e3 * (now() - start));
   }
   const double ms = 1e-6 * r.total, all = cores * r.total;
-  nlohmann::ordered_json row = {{"cores", cores},
-                                {"modelled_ms", ms},
-                                {"compute_ms", 1e-6 * r.compute},
-                                {"memory_ms", model.costs.bytes_per_ns > 0 ? 1e-6 * bytes / model.costs.bytes_per_ns : 0},
-                                {"work", r.work / all},
-                                {"serial", r.serial / all},
-                                {"together", r.together / all},
-                                {"locks", r.locks / all},
-                                {"dispatch", r.dispatch / all},
-                                {"waiting", r.waiting / all}};
+  nlohmann::ordered_json row = {
+      {"cores", cores},
+      {"modelled_ms", ms},
+      {"compute_ms", 1e-6 * r.compute},
+      {"memory_ms", model.costs.bytes_per_ns > 0 ? 1e-6 * bytes / model.costs.bytes_per_ns : 0},
+      {"work", r.work / all},
+      {"serial", r.serial / all},
+      {"together", r.together / all},
+      {"locks", r.locks / all},
+      {"dispatch", r.dispatch / all},
+      {"waiting", r.waiting / all}};
   if (here) {
     row["measured_ms"] = measured_ms;
     row["off_by"] = ms / measured_ms - 1;
@@ -138,7 +140,8 @@ int scale(const ScaleOptions& options) {
     if (pass > 0) model = less_disturbed(model, measure_model());
     for (std::size_t k = 0; k < selected.size(); ++k) {
       const auto& [kernel, scene_path] = selected[k];
-      const std::string scene = std::filesystem::path(scene_path).stem(), what = kernel.name + " " + kernel.form + " on " + scene;
+      const std::string scene = std::filesystem::path(scene_path).stem(),
+                        what = kernel.name + " " + kernel.form + " on " + scene;
       const std::string when = ", pass " + std::to_string(pass + 1) + " of " + std::to_string(passes);
       progress(what + when);
       const Case run = kernel.make(scene_path);
@@ -160,8 +163,8 @@ int scale(const ScaleOptions& options) {
   nlohmann::ordered_json on = machine();
   on["costs"] = describe(model);
   for (const auto& [name, value] : on["costs"].items()) std::printf("%s %.4g\n", name.c_str(), value.get<double>());
-  std::printf("%-19s %-13s %-25s %5s %11s %9s %7s %8s   %s\n", "kernel", "form", "scene", "cores", "modelled ms", "measured", "off by",
-              "speed-up", "work serial together locks dispatch waiting: of the cores' time");
+  std::printf("%-19s %-13s %-25s %5s %11s %9s %7s %8s   %s\n", "kernel", "form", "scene", "cores", "modelled ms",
+              "measured", "off by", "speed-up", "work serial together locks dispatch waiting: of the cores' time");
   for (std::size_t i = 0; i < rows.size(); ++i) print(rows[i], rows[i - i % counts]["modelled_ms"]);
   if (!options.json.empty()) write_report(options.json, on, rows);
   return 0;

@@ -1,4 +1,4 @@
-// The scaling model (notes/scaling.md): what work would take on more cores than this machine has, beside what it takes here.
+// The scaling model (notes/scaling.md): the time of work on more cores than this machine has, beside measured times.
 #pragma once
 
 #include <functional>
@@ -13,18 +13,19 @@ struct Model {
   double clock_cost_ns;
 };
 Model measure_model();
-Model less_disturbed(const Model& a, const Model& b);  // what disturbs only adds
+Model less_disturbed(const Model& a, const Model& b);  // the smaller of each cost: disturbance only adds time
 nlohmann::ordered_json describe(const Model& model);
 
-// Work that can be done again after `reset`, and what it must move to and from memory where caches do not hold it.
+// Work that can be repeated after `reset`. `bytes` is its memory traffic if caches do not hold the data.
 struct Repeatable {
   std::function<void()> reset, work;
   double bytes;
 };
 
-// cores, modelled_ms, the larger of compute_ms and memory_ms, where the cores' time goes (shares of it, replay.h), and, where the machine
-// has that many, measured_ms and off_by: modelled over measured, less one. Of the recorded and of the measured runs, three at the least and
-// as many as fit .2 s (quick: one), the least disturbed: what else the machine does only adds.
+// A row: cores; modelled_ms, which is the larger of compute_ms and memory_ms; the shares of the cores' time (replay.h);
+// and, if the machine has that many cores, measured_ms and off_by, which is modelled / measured - 1. The row keeps the
+// least disturbed of the recorded and of the measured runs, because other work on the machine only adds time. There are
+// at least three of each, and as many as fit .2 s (quick: one).
 nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int cores, bool quick);
 
 }  // namespace lockstep::verify

@@ -11,21 +11,24 @@ std::vector<Selected> select(const Options& options, Purpose purpose) {
   std::vector<Kernel> chosen;
   std::string known;
   for (const Kernel& kernel : kernels()) {
-    if ((options.kernel.empty() || options.kernel == kernel.name) && (options.form.empty() || options.form == kernel.form))
+    if ((options.kernel.empty() || options.kernel == kernel.name) &&
+        (options.form.empty() || options.form == kernel.form))
       chosen.push_back(kernel);
     known += (known.empty() ? "" : ", ") + kernel.name + " " + kernel.form;
   }
-  if (chosen.empty()) throw InputError("no kernel " + options.kernel + " " + options.form + ", expected one of: " + known);
+  if (chosen.empty())
+    throw InputError("no kernel " + options.kernel + " " + options.form + ", expected one of: " + known);
 
-  // A name stands for the scene of that name, on the kernels that know it; anything else is the path of a scene of the user's own, on
-  // the kernels that take it.
+  // If --scene is a name that some kernel registers, it selects that scene on the kernels that register it. Otherwise
+  // it is the path of a user's scene, for the kernels that accept it.
   const auto known_as = [&](const Kernel& kernel, const std::string& name) {
     std::vector<std::string> paths = kernel.scenes;
     paths.insert(paths.end(), kernel.more_scenes.begin(), kernel.more_scenes.end());
     std::erase_if(paths, [&](const std::string& path) { return std::filesystem::path(path).stem() != name; });
     return paths;
   };
-  const bool named = std::ranges::any_of(chosen, [&](const Kernel& kernel) { return !known_as(kernel, options.scene).empty(); });
+  const bool named =
+      std::ranges::any_of(chosen, [&](const Kernel& kernel) { return !known_as(kernel, options.scene).empty(); });
 
   std::vector<Selected> selected;
   for (const Kernel& kernel : chosen) {
@@ -39,7 +42,8 @@ std::vector<Selected> select(const Options& options, Purpose purpose) {
     }
     for (const std::string& path : paths) selected.push_back({kernel, path});
   }
-  if (selected.empty()) throw InputError("--scene " + options.scene + ": not a scene that " + chosen.front().name + " takes");
+  if (selected.empty())
+    throw InputError("--scene " + options.scene + ": not a scene that " + chosen.front().name + " takes");
   return selected;
 }
 

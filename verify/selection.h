@@ -1,4 +1,4 @@
-// Which kernels on which scenes the options select.
+// The kernels and scenes that the options select.
 #pragma once
 
 #include <string>
@@ -16,7 +16,7 @@ struct Selected {
 
 enum class Purpose { verify, bench };
 
-// In the kernels' order. Throws InputError where the options name a kernel, a form or a scene that there is not.
+// In the kernels' order. Throws InputError if the options name an unknown kernel, form or scene.
 std::vector<Selected> select(const Options& options, Purpose purpose);
 
 }  // namespace lockstep::verify

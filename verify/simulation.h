@@ -1,4 +1,4 @@
-// A scene being run, as `lockstep run` sees it, whatever its kind.
+// A simulation of a scene of any kind, as `lockstep run` sees it.
 #pragma once
 
 #include <functional>
@@ -12,27 +12,27 @@
 namespace lockstep::verify {
 
 struct Simulation {
-  std::string name;  // the scene's
-  std::string form;  // which form of the step
+  std::string name;  // of the scene
+  std::string form;  // the form of the step
   int elements;
-  std::string unit;  // what the elements are: particles, points
-  int frames;        // how many the scene asks for
+  std::string unit;  // name of the elements: particles, points
+  int frames;        // as the scene says
   std::function<void()> step;
   std::function<void(const std::string& path)> write_frame;  // for ParaView
-  std::function<void(const std::string& path)> write_state;  // as one file
-  std::vector<std::string> state_formats;                    // how the name of that file may end; none if there is no such format
-  std::vector<Kept> state;                                   // what the next step needs of the last; none if there is but one step
-  std::function<std::string()> fault;                        // the first element that is not finite or out of bounds; "" if none is
-  std::function<std::string()> summary;                      // of the run, for people; may be absent
+  std::function<void(const std::string& path)> write_state;  // writes the final state as one file
+  std::vector<std::string> state_formats;  // allowed extensions of that file; empty if no such format exists
+  std::vector<Kept> state;                 // arrays that the next step needs; empty if there is one step only
+  std::function<std::string()> fault;      // the first element that is not finite or out of bounds; "" if none
+  std::function<std::string()> summary;    // one or more lines on the run, for users; may be absent
 };
 
-// The simulation of the scene's domain. The functions share its state. Throws InputError where the scene or the form is not to be
-// had, or the domain has nothing to simulate.
+// The simulation of the scene's domain. Its functions share one state. Throws InputError if the scene cannot be read,
+// the form is unknown, or the domain has no simulation.
 Simulation make_simulation(const RunOptions& options);
 
-// --- What the domains' simulations share
+// --- Helpers of the domains' simulations
 
-// The first form that fits, or the one asked for.
+// The form asked for among those that fit, or the first that fits. Throws InputError if there is none.
 template <class Forms, class Fits>
 const auto& find_form(const Forms& forms, const std::string& asked, Fits fits) {
   std::string known;
@@ -44,7 +44,7 @@ const auto& find_form(const Forms& forms, const std::string& asked, Fits fits) {
   throw InputError("--form " + asked + ": expected one of: " + known);
 }
 
-// The first of n elements that is not as it should be, "" if all are.
+// A message about the first of n elements that does not fit, "" if all fit.
 template <class Fits>
 std::string first_fault(const char* what, int n, const char* fault, Fits fits) {
   for (int i = 0; i < n; ++i)

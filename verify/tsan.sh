@@ -1,33 +1,36 @@
 #!/bin/bash
-# Every parallel kernel and form under clang's thread sanitizer, which must find no race; then the racy twin, tests/tsan/racy.cpp,
-# whose every mistake must be flagged every time. `make tsan` builds build/tsan/ and calls it; an argument says which kernel alone.
+# Runs every kernel and form under clang's thread sanitizer, which must find no race. Then runs the racy twin,
+# tests/tsan/racy.cpp; the sanitizer must flag each of its mistakes every time. `make tsan` builds build/tsan/ and calls
+# it. An argument selects one kernel.
 #
-# Kernels and their scenes come from `lockstep list`, so a new one cannot be forgotten. The inputs exceed one chunk of every loop, and one
-# band of every sweep, at two threads and at four. A kernel passes if no race is found and the verifier passes it, too. Exit code 1 if any
-# row fails. The whole of what a failed run said stays in build/tsan/. With QUICK=1 each form runs on one scene.
+# Kernels and their scenes come from `lockstep list`, so a new one cannot be forgotten. The inputs exceed one chunk of
+# every loop, and one band of every sweep, at two threads and at four. A kernel passes if no race is found and the
+# verifier passes it, too. The exit code is 1 if any row fails. The log of each run stays in build/tsan/. With QUICK=1
+# each form runs on one scene.
 set -u
 cd "$(dirname "$0")/.." || exit 1
 build=build/tsan
 repeats=${QUICK:+2} repeats=${repeats:-5}  # of each mistake
 
-# Archer tells the sanitizer what OpenMP orders; 66 is the exit code of a report. Archer guards its own table of locks by one
-# mutex. Seen by the sanitizer, that mutex would order any lock after every other, and hide most races of code that takes locks,
-# a wrong lock first of all (racy twin, list_under_wrong_lock): hence the suppression.
+# Archer tells the sanitizer what OpenMP orders. 66 is the exit code of a report. Archer guards its own table of locks
+# with one mutex. If the sanitizer saw that mutex, it would order any lock after every other and hide most races of code
+# that takes locks, above all those under a wrong lock (racy twin, list_under_wrong_lock). The suppression hides the
+# mutex.
 echo "called_from_lib:libarcher.so" > $build/suppressions
 export TSAN_OPTIONS="ignore_noninstrumented_modules=1 halt_on_error=1 exitcode=66 suppressions=$PWD/$build/suppressions"
 export OMP_TOOL_LIBRARIES=${OMP_TOOL_LIBRARIES:-/usr/lib/llvm-14/lib/libarcher.so} ARCHER_OPTIONS=verbose=1
 
 passed=0 failed=0
 
-# shorten DOMAIN SCENE: a copy of a scene with few frames and bodies. Whole runs are `make verify`'s, and a race shows in one step. A cloth
-# keeps three iterations, because those of the chains overlap.
+# shorten DOMAIN SCENE: a copy of a scene with few frames and bodies. `make verify` covers whole runs, and a race shows
+# in one step. A cloth keeps three iterations, because the iterations of chains overlap.
 shorten() {
   sed -E 's/^frames *=.*/frames = 5/; s/^iterations *=.*/iterations = 3/; s/^substeps *=.*/substeps = 2/; /^energy_falls_after/d; s/^count *=.*/count = 400/; s/^settle *=.*/settle = 30/' \
     "scenes/$1/$2.toml" > "$build/$2.toml"
 }
 
-# Runs a command, its output in $log, and says in $seen what came of it: clean, race, or what went wrong. Exit code 66 alone is
-# no race: the sanitizer also ends with it where it cannot start.
+# Runs a command with its output in $log. Sets $seen to the result: clean, race, or what went wrong. Exit code 66 alone
+# does not mean a race: the sanitizer also ends with it if it cannot start.
 observe() {
   "$@" > "$log" 2>&1
   local code=$?
@@ -39,7 +42,7 @@ observe() {
 
 row() { printf '%-19s %-25s %-15s %7s  %-14s %-14s %7s  %s\n' "$@"; }
 
-# report KERNEL FORM SCENE THREADS EXPECTED START: a row for what was seen, and where if that was not expected.
+# report KERNEL FORM SCENE THREADS EXPECTED START: prints a row with $seen, and names the log if it is not EXPECTED.
 report() {
   local note="" seconds=$(( ($(date +%s%N) - $6) / 10000000 ))
   if [ "$seen" = "$5" ]; then passed=$((passed + 1)); else failed=$((failed + 1)) note="FAILED: see $log"; fi
@@ -55,7 +58,7 @@ clean() {
 }
 
 row kernel form scene threads expected seen seconds ""
-# Lines of kernel, form and scenes, separated by |: the forms that run no other form's code.
+# Lines of kernel, form and scenes, separated by |. Forms that run another form's code are left out.
 forms=$($build/lockstep list --json | /usr/bin/python3 -c '
 import json, sys
 for row in json.load(sys.stdin)["rows"]:
@@ -71,7 +74,7 @@ while IFS="|" read -r kernel form scenes; do
     shorten "${kernel%%/*}" $scene
     clean "$kernel" "$form" $scene 2,4 $build/lockstep verify --kernel "$kernel" --form "$form" --scene $build/$scene.toml --threads 2,4
   done
-  # The clump before it flies apart: every particle in one cell, every thread at one lock.
+  # The first frames of the clump: all particles are in one cell, so all threads take one lock.
   if [ "$kernel" = fluid/step ]; then
     shorten fluid clump
     clean "$kernel" "$form" "clump start" 4 $build/lockstep run --form "$form" --scene $build/clump.toml --threads 4 --frames 2 --out $build/clump.fluid

@@ -1,4 +1,4 @@
-// One builder of cases: an openmp form beside the serial form of the same algorithm, both changing a state.
+// The builder of cases: an openmp form and the serial form of the same algorithm, which both change a state.
 #pragma once
 
 #include <functional>
@@ -11,21 +11,24 @@
 
 namespace lockstep::verify {
 
-// State holds what the kernel changes; what it only reads is captured by the functions. for_each_array(state, f) stands
-// beside State (common/arrays.h). Results that the kernel must write are poisoned in `start`.
+// State holds the data that the kernel changes; the functions capture the data that it only reads.
+// for_each_array(state, f) stands beside State (common/arrays.h). Results that the kernel must write are poisoned in
+// `start`.
 template <class State>
 struct Twin {
-  std::shared_ptr<const State> start;       // what every run begins with
-  std::function<void(State&)> serial;       // the serial form of the same algorithm: what openmp must agree with
-  std::function<void(State&)> best_serial;  // the best serial algorithm, where that is another: what openmp must beat
+  std::shared_ptr<const State> start;  // the state at the start of every run
+  std::function<void(State&)> serial;  // the serial form of the same algorithm: the reference of the comparison
+  std::function<void(State&)>
+      best_serial;  // the best serial algorithm, if it is another one: the reference of speed-ups
   std::function<void(State&)> openmp;
-  std::function<Judgement(const State& openmp, const State& serial)> compare;  // bitwise by name if absent
+  std::function<Judgement(const State& openmp, const State& serial)> compare;  // bitwise if absent
   Work work;
-  std::function<void(State& now, const State& start)> restore = {};  // of what a run changed; all of it if absent
+  std::function<void(State& now, const State& start)> restore = {};  // undoes a run; copies the whole state if absent
   std::function<std::uint64_t(const State&)> hash = {};              // hash_of if absent
 };
 
-// The functions of the case share the twin and three states. `serial` runs once for the comparison, when first judged.
+// The functions of the case share the twin and three states. For the comparison, `serial` runs once, at the first
+// judgement.
 template <class State>
 Case make_case(Twin<State> twin) {
   struct Run {
@@ -47,7 +50,8 @@ Case make_case(Twin<State> twin) {
   return {
       .reset = [run] { run->restore(run->openmp), run->restore(run->serial); },
       .serial = [run] { run->twin.serial(run->serial); },
-      .best_serial = run->twin.best_serial ? std::function<void()>([run] { run->twin.best_serial(run->serial); }) : nullptr,
+      .best_serial =
+          run->twin.best_serial ? std::function<void()>([run] { run->twin.best_serial(run->serial); }) : nullptr,
       .openmp = [run] { run->twin.openmp(run->openmp); },
       .judge =
           [run] {

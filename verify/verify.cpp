@@ -1,7 +1,8 @@
-// The verifier: runs every selected kernel on its scenes at every thread count, and prints one row each with its verdict.
+// The verifier: runs every selected kernel on its scenes at every thread count, and prints one row each with its
+// verdict.
 //
-// A row passes if what its verdict asserts holds, and, unless the kernel is declared order-dependent, if it leaves the same
-// bits at every thread count.
+// A row passes if its verdict's assertion holds and, unless the kernel is declared order-dependent, its results have
+// the same bits at every thread count.
 #include <omp.h>
 
 #include <cstdio>
@@ -28,8 +29,8 @@ int verify(const Options& options) {
   const nlohmann::ordered_json on = machine();
   auto rows = nlohmann::ordered_json::array();
   int passed = 0, failed = 0;
-  std::printf("%-19s %-13s %-15s %7s %5s  %-9s %10s %10s %9s %9s  %s\n", "kernel", "form", "scene", "threads", "lanes", "verdict", "error",
-              "bound", "serial ms", "openmp ms", "worst at");
+  std::printf("%-19s %-13s %-15s %7s %5s  %-9s %10s %10s %9s %9s  %s\n", "kernel", "form", "scene", "threads", "lanes",
+              "verdict", "error", "bound", "serial ms", "openmp ms", "worst at");
   for (const auto& [kernel, scene_path] : select(options, Purpose::verify)) {
     const std::string scene = std::filesystem::path(scene_path).stem();
     progress(kernel.name + " " + kernel.form + " on " + scene);
@@ -45,14 +46,15 @@ int verify(const Options& options) {
       const std::uint64_t hash = run.hash();
       if (!kernel.order_dependent && hash != first_hash.value_or(hash)) {
         judgement.passed = false;
-        judgement.worst_at = "other bits than at " + std::to_string(options.threads.front()) + " threads; " + judgement.worst_at;
+        judgement.worst_at =
+            "other bits than at " + std::to_string(options.threads.front()) + " threads; " + judgement.worst_at;
       }
       if (!first_hash) first_hash = hash;
       ++(judgement.passed ? passed : failed);
       progress("");
-      std::printf("%-19s %-13s %-15s %7d %5d  %-9s %10.3g %10.3g %9.2f %9.2f  %s%s\n", kernel.name.c_str(), kernel.form.c_str(),
-                  scene.c_str(), threads, lanes, name_of(judgement.verdict), judgement.error, judgement.bound, serial_ms, openmp_ms,
-                  judgement.passed ? "" : "FAILED ", judgement.worst_at.c_str());
+      std::printf("%-19s %-13s %-15s %7d %5d  %-9s %10.3g %10.3g %9.2f %9.2f  %s%s\n", kernel.name.c_str(),
+                  kernel.form.c_str(), scene.c_str(), threads, lanes, name_of(judgement.verdict), judgement.error,
+                  judgement.bound, serial_ms, openmp_ms, judgement.passed ? "" : "FAILED ", judgement.worst_at.c_str());
       std::fflush(stdout);
       rows.push_back({{"kernel", kernel.name},
                       {"form", kernel.form},
