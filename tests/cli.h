@@ -1,5 +1,5 @@
-// The program as its users meet it: started with arguments, it ends with a code and has printed something.
-// Environment: LOCKSTEP, the program (default build/lockstep). Run from the root of the repository.
+// Tests of the program from outside: starts it with arguments, and checks its exit code and output.
+// The environment variable LOCKSTEP names the program (default build/lockstep). Run from the root of the repository.
 #pragma once
 
 #include <fcntl.h>
@@ -27,7 +27,7 @@ struct Outcome {
   long error_lines() const { return std::count(err.begin(), err.end(), '\n'); }
 };
 
-// A good scene of two blocks' worth of particles, small enough for a step to take no time.
+// A valid scene, small enough that a step takes almost no time.
 inline const std::string good_scene =
     "kind = \"fluid\"\nparticles_per_metre = 204\nframes = 3\n"
     "[[block]]\nmin = [-0.02, -0.08, -0.02]\nmax = [0.02, -0.06, 0.02]\njitter = 0.05\nvelocity = [0.5, 0, -0.3]\n";
@@ -35,10 +35,11 @@ inline const std::string good_scene =
 // A sheet of 7 x 5 particles, held at a corner so that it swings.
 inline const std::string good_cloth =
     "kind = \"cloth\"\nframes = 3\niterations = 4\nwind = [1, 0, 3]\ndrag = 1.2\n"
-    "[sheet]\nrows = 7\ncolumns = 5\norigin = [0, 1, 0]\nwidth = [0.2, 0, 0]\nheight = [0, -0.3, 0]\nmass = 0.01\nbending = true\n"
+    "[sheet]\nrows = 7\ncolumns = 5\norigin = [0, 1, 0]\nwidth = [0.2, 0, 0]\nheight = [0, -0.3, 0]\n"
+    "mass = 0.01\nbending = true\n"
     "pins = [\"top_left\"]\n";
 
-// A square of two triangles, for meshes of it.
+// A square of two triangles, and a scene with it as a mesh.
 inline const std::string good_obj = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";
 inline const std::string good_mesh =
     "kind = \"cloth\"\nframes = 3\niterations = 4\nwind = [1, 0, 3]\ndrag = 1.2\n"
@@ -46,7 +47,7 @@ inline const std::string good_mesh =
 
 struct Cli : TemporaryFolder {
   std::filesystem::path program;
-  std::string captured;  // a folder beside the test's own, where what the program prints goes
+  std::string captured;  // a folder beside the test's folder, for the program's output
 
   Cli() {
     const char* named = std::getenv("LOCKSTEP");
@@ -58,7 +59,7 @@ struct Cli : TemporaryFolder {
 
   void SetUp() override { ASSERT_TRUE(std::filesystem::exists(program)) << program << ": build it first (make)"; }
 
-  // Started not by a shell, which would hide signals and meddle with quotes. What `prepare` does is done by the child first.
+  // Starts the program without a shell, which would hide signals and interpret quotes. The child calls `prepare` first.
   pid_t start(
       std::vector<std::string> arguments, const std::function<void()>& prepare = [] {}) const {
     arguments.insert(arguments.begin(), program.string());
@@ -79,9 +80,10 @@ struct Cli : TemporaryFolder {
   Outcome end_of(pid_t child) const {
     int status = 0;
     waitpid(child, &status, 0);
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : killed + WTERMSIG(status), read_bytes(out_file()), read_bytes(err_file())};
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : killed + WTERMSIG(status), read_bytes(out_file()),
+            read_bytes(err_file())};
   }
-  // As nobody where permissions are to bind.
+  // as_nobody: as the user nobody, because permissions do not bind root.
   Outcome run(const std::vector<std::string>& arguments, bool as_nobody = false) const {
     return end_of(start(arguments, [&] {
       if (as_nobody && getuid() == 0 && (setgid(65534) != 0 || setuid(65534) != 0)) _exit(not_started);
@@ -101,8 +103,9 @@ struct Cli : TemporaryFolder {
     return path(name);
   }
 
-  // Code 2, at most so many lines that say `about`, and no file that was not there.
-  void expect_refused(const std::vector<std::string>& arguments, const std::string& about, int lines = 1, bool as_nobody = false) const {
+  // Expects exit code 2, at most `lines` lines of error that contain `about`, and no new file.
+  void expect_refused(const std::vector<std::string>& arguments, const std::string& about, int lines = 1,
+                      bool as_nobody = false) const {
     std::string command = "lockstep";
     for (const std::string& argument : arguments) command += ' ' + argument;
     SCOPED_TRACE(command);
@@ -119,7 +122,8 @@ struct Cli : TemporaryFolder {
   }
 
   void expect_run_refused(const std::string& scene, const std::string& about) const {
-    for (const char* out : {"out.fluid", "frames"}) expect_refused({"run", "--scene", scene, "--out", path(out)}, about);
+    for (const char* out : {"out.fluid", "frames"})
+      expect_refused({"run", "--scene", scene, "--out", path(out)}, about);
   }
 };
 

@@ -15,7 +15,7 @@
 namespace lockstep {
 namespace {
 
-constexpr int usage_lines = 2;  // CLI11 says what is wrong, then where help is
+constexpr int usage_lines = 2;  // CLI11 prints the error, then a hint at --help
 
 template <class T>
 void append(std::string& bytes, T x) {
@@ -54,7 +54,7 @@ TEST_F(Cli, RefusesBadFluidFiles) {
     expect(fluid_bytes(particles_per_metre, 1, record), "particles per metre is ");
 }
 
-// A hole of the size that the header announces: more particles than memory holds, and more than can be counted.
+// Sparse files of the size that the header announces: more particles than memory holds, and more than the limit.
 TEST_F(Cli, RefusesWhatDoesNotFitMemory) {
   const double bytes_per_particle = fluid::simulation_bytes<float>(1, 0) - fluid::simulation_bytes<float>(0, 0);
   const double too_many = available_memory() / bytes_per_particle * 1.5 + 1e6;
@@ -76,7 +76,8 @@ TEST_F(Cli, RefusesWhatIsNoFile) {
   expect_run_refused(path("none.fluid"), "No such file");
   expect_run_refused("/dev/null", "not a regular file");
   for (const char* command : {"verify", "bench"})
-    expect_refused({command, "--kernel", "fluid/advance", "--threads", "1", "--scene", path("none.toml"), "--json", path("a.json")},
+    expect_refused({command, "--kernel", "fluid/advance", "--threads", "1", "--scene", path("none.toml"), "--json",
+                    path("a.json")},
                    "none.toml");
 }
 
@@ -89,7 +90,9 @@ TEST_F(Cli, RefusesWhatItMayNotRead) {
 }
 
 TEST_F(Cli, RefusesBadScenes) {
-  const auto expect = [&](const std::string& text, const std::string& about) { expect_run_refused(scene(text), "scene.toml:" + about); };
+  const auto expect = [&](const std::string& text, const std::string& about) {
+    expect_run_refused(scene(text), "scene.toml:" + about);
+  };
   expect("frmes = 3\n" + good_scene, "1:1: unknown key frmes");
   expect(good_scene + "spacng = 1\n", "9:1: unknown key spacng");
   expect("kind = \"fluid\"\nparticles_per_metre = \"many\"\n", "");
@@ -121,8 +124,9 @@ TEST_F(Cli, RefusesUnknownKernelsAndForms) {
     expect_refused({command, "--kernel", "fluid/forces", "--form", "owner", "--threads", "1"}, "owner_gather");
   }
   for (const char* variant : {"serial", "openmp"})
-    expect_refused({"run", "--scene", scene(good_scene), "--out", path("out.fluid"), "--variant", variant, "--form", "owner"},
-                   "owner_gather");
+    expect_refused(
+        {"run", "--scene", scene(good_scene), "--out", path("out.fluid"), "--variant", variant, "--form", "owner"},
+        "owner_gather");
 }
 
 TEST_F(Cli, RefusesToWriteWhereItCannot) {
@@ -131,12 +135,14 @@ TEST_F(Cli, RefusesToWriteWhereItCannot) {
   for (const std::string& out :
        {path("none/out.fluid"), path("file/out.fluid"), path("file"), path("file/frames"), std::string("/dev/null/x")})
     expect_refused({"run", "--scene", good, "--out", out}, out);
-  expect_refused({"verify", "--kernel", "fluid/advance", "--scene", "single", "--threads", "1", "--json", path("none/a.json")},
-                 "none/a.json");
+  expect_refused(
+      {"verify", "--kernel", "fluid/advance", "--scene", "single", "--threads", "1", "--json", path("none/a.json")},
+      "none/a.json");
   EXPECT_EQ(read_bytes(path("file")), "as it was");
 
   std::filesystem::permissions(folder, std::filesystem::perms(0555));
-  for (const char* out : {"out.fluid", "frames"}) expect_refused({"run", "--scene", good, "--out", path(out)}, out, 1, true);
+  for (const char* out : {"out.fluid", "frames"})
+    expect_refused({"run", "--scene", good, "--out", path(out)}, out, 1, true);
   std::filesystem::permissions(folder, std::filesystem::perms(0755));
 }
 
@@ -146,7 +152,8 @@ TEST_F(Cli, RefusesAFluidFileOfACloth) {
   write_bytes(path("cloth.obj"), good_obj);
   for (const std::string& good : {scene(good_cloth, "sheet.toml"), scene(good_mesh, "mesh.toml")})
     for (const char* variant : {"serial", "openmp"})
-      expect_refused({"run", "--scene", good, "--variant", variant, "--out", path("x.fluid")}, "--out " + path("x.fluid"));
+      expect_refused({"run", "--scene", good, "--variant", variant, "--out", path("x.fluid")},
+                     "--out " + path("x.fluid"));
 }
 
 TEST_F(Cli, RefusesFormsThatAClothCannotHave) {
@@ -170,17 +177,22 @@ TEST_F(Cli, RefusesFormsThatAClothCannotHave) {
 TEST_F(Cli, RefusesScenesOfAnotherKind) {
   const std::string sheet = scene(good_cloth, "sheet.toml"), fluid = scene(good_scene, "fluid.toml");
   for (const char* command : {"verify", "bench"}) {
-    for (const std::string& cloth : {sheet, std::string("scenes/cloth/tiny.toml"), std::string("scenes/cloth/garment.toml")})
-      expect_refused({command, "--kernel", "fluid/forces", "--threads", "1", "--scene", cloth, "--json", path("a.json")}, cloth);
+    for (const std::string& cloth :
+         {sheet, std::string("scenes/cloth/tiny.toml"), std::string("scenes/cloth/garment.toml")})
+      expect_refused(
+          {command, "--kernel", "fluid/forces", "--threads", "1", "--scene", cloth, "--json", path("a.json")}, cloth);
     for (const char* kernel : {"cloth/verlet", "cloth/relax", "cloth/step"})
-      expect_refused({command, "--kernel", kernel, "--threads", "1", "--scene", fluid, "--json", path("a.json")}, fluid);
-    expect_refused({command, "--kernel", "fluid/forces", "--threads", "1", "--scene", "flag_33"}, "flag_33");  // a name, not known to it
+      expect_refused({command, "--kernel", kernel, "--threads", "1", "--scene", fluid, "--json", path("a.json")},
+                     fluid);
+    expect_refused({command, "--kernel", "fluid/forces", "--threads", "1", "--scene", "flag_33"},
+                   "flag_33");  // a name that this kernel does not register
   }
 }
 
 TEST_F(Cli, RefusesScenesOfNoKind) {
-  for (const auto& [text, about] :
-       {std::pair{"kind = \"sand\"\n", ":1:8: kind: "}, {"kind = 1\n", ":1:8: kind: "}, {"frames = 1\n", ":1:1: kind is missing"}}) {
+  for (const auto& [text, about] : {std::pair{"kind = \"sand\"\n", ":1:8: kind: "},
+                                    {"kind = 1\n", ":1:8: kind: "},
+                                    {"frames = 1\n", ":1:1: kind is missing"}}) {
     const std::string of_no_kind = scene(text);
     expect_run_refused(of_no_kind, of_no_kind + about);
     for (const char* command : {"verify", "bench"})
@@ -193,7 +205,8 @@ TEST_F(Cli, RefusesBadMeshes) {
   const std::string mesh = scene(good_mesh), obj = path("cloth.obj");
   const auto expect = [&](const std::string& about) {
     expect_run_refused(mesh, obj + about);
-    expect_refused({"verify", "--kernel", "cloth/verlet", "--threads", "1", "--scene", mesh, "--json", path("a.json")}, obj + about);
+    expect_refused({"verify", "--kernel", "cloth/verlet", "--threads", "1", "--scene", mesh, "--json", path("a.json")},
+                   obj + about);
   };
   const auto expect_of = [&](const std::string& bytes, const std::string& about) {
     write_bytes(obj, bytes);
@@ -213,7 +226,8 @@ TEST_F(Cli, RefusesBadMeshes) {
 
   write_bytes(obj, good_obj);
   std::filesystem::permissions(obj, std::filesystem::perms::none);
-  expect_refused({"run", "--scene", mesh, "--out", path("frames")}, obj + ": cannot be read: Permission denied", 1, true);
+  expect_refused({"run", "--scene", mesh, "--out", path("frames")}, obj + ": cannot be read: Permission denied", 1,
+                 true);
 }
 
 }  // namespace

@@ -23,7 +23,8 @@ void expect_machine(const nlohmann::json& report) {
 
 TEST_F(Cli, VerifiesAndReports) {
   const std::string json = path("verify.json");
-  const Outcome outcome = run({"verify", "--kernel", "fluid/advance", "--scene", "single", "--threads", "1,2", "--json", json});
+  const Outcome outcome =
+      run({"verify", "--kernel", "fluid/advance", "--scene", "single", "--threads", "1,2", "--json", json});
   EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
   EXPECT_EQ(outcome.err, "");
   EXPECT_NE(outcome.out.find("2 passed, 0 failed\n"), std::string::npos) << outcome.out;
@@ -31,8 +32,8 @@ TEST_F(Cli, VerifiesAndReports) {
   expect_machine(report);
   ASSERT_EQ(report["rows"].size(), 2u);
   for (const auto& row : report["rows"]) {
-    expect_fields(
-        row, {"kernel", "form", "scene", "threads", "lanes", "verdict", "error", "bound", "worst_at", "serial_ms", "openmp_ms", "passed"});
+    expect_fields(row, {"kernel", "form", "scene", "threads", "lanes", "verdict", "error", "bound", "worst_at",
+                        "serial_ms", "openmp_ms", "passed"});
     EXPECT_EQ(row["kernel"], "fluid/advance");
     EXPECT_EQ(row["scene"], "single");
     EXPECT_EQ(row["verdict"], "bitwise");
@@ -41,7 +42,7 @@ TEST_F(Cli, VerifiesAndReports) {
   EXPECT_EQ(report["rows"][1]["threads"], 2);
 }
 
-// A scene of the user's own goes to the kernels that take it, and to no others.
+// A user's scene goes to the kernels that accept it, and to no others.
 TEST_F(Cli, VerifiesAClothOnTheKernelsForIt) {
   const auto verified = [&](const std::string& scene) {
     const std::string json = path("verify.json");
@@ -56,21 +57,21 @@ TEST_F(Cli, VerifiesAClothOnTheKernelsForIt) {
     }
     return kernels;
   };
-  const std::set<std::string> for_meshes = {"cloth/verlet ", "cloth/relax batches", "cloth/relax batches_for_original", "cloth/collide ",
-                                            "cloth/step batches"};
+  const std::set<std::string> for_meshes = {"cloth/verlet ", "cloth/relax batches", "cloth/relax batches_for_original",
+                                            "cloth/collide ", "cloth/step batches"};
   std::set<std::string> all = for_meshes;
-  all.insert({"cloth/relax chains", "cloth/relax chains_for_original", "cloth/relax colours", "cloth/relax colours_for_original",
-              "cloth/step chains", "cloth/step colours"});
+  all.insert({"cloth/relax chains", "cloth/relax chains_for_original", "cloth/relax colours",
+              "cloth/relax colours_for_original", "cloth/step chains", "cloth/step colours"});
   EXPECT_EQ(verified("scenes/cloth/tiny.toml"), all);
   write_bytes(path("cloth.obj"), good_obj);
   EXPECT_EQ(verified(scene(good_mesh)), for_meshes);
 }
 
-// Under gravity momentum is not conserved: a scene that says so cannot pass.
+// Under gravity momentum is not conserved, so a scene that states otherwise must fail.
 TEST_F(Cli, ExitsWithOneWhereACheckFails) {
   const std::string wrong = scene(good_scene + "[holds]\nmomentum_conserved = true\n"), json = path("verify.json");
-  const Outcome outcome =
-      run({"verify", "--kernel", "fluid/step", "--form", "owner_gather", "--scene", wrong, "--threads", "1", "--json", json});
+  const Outcome outcome = run({"verify", "--kernel", "fluid/step", "--form", "owner_gather", "--scene", wrong,
+                               "--threads", "1", "--json", json});
   EXPECT_EQ(outcome.code, 1) << outcome.out << outcome.err;
   EXPECT_NE(outcome.out.find("FAILED"), std::string::npos);
   EXPECT_NE(outcome.out.find("0 passed, 1 failed\n"), std::string::npos) << outcome.out;
@@ -81,15 +82,15 @@ TEST_F(Cli, ExitsWithOneWhereACheckFails) {
 
 TEST_F(Cli, BenchesAndReports) {
   const std::string json = path("bench.json");
-  const Outcome outcome =
-      run({"bench", "--kernel", "fluid/advance", "--scene", "scenes/fluid/single.toml", "--threads", "1", "--json", json});
+  const Outcome outcome = run(
+      {"bench", "--kernel", "fluid/advance", "--scene", "scenes/fluid/single.toml", "--threads", "1", "--json", json});
   ASSERT_EQ(outcome.code, 0) << outcome.out << outcome.err;
   const auto report = nlohmann::json::parse(read_bytes(json));
   expect_machine(report);
   std::set<std::string> variants;
   for (const auto& row : report["rows"]) {
-    expect_fields(row, {"kernel", "form", "scene", "variant", "threads", "lanes", "cores", "ms", "least_ms", "spread", "items", "unit",
-                        "items_per_s", "bytes", "flops"});
+    expect_fields(row, {"kernel", "form", "scene", "variant", "threads", "lanes", "cores", "ms", "least_ms", "spread",
+                        "items", "unit", "items_per_s", "bytes", "flops"});
     EXPECT_GT(row["least_ms"].get<double>(), 0);
     EXPECT_LE(row["least_ms"].get<double>(), row["ms"].get<double>());
     EXPECT_GT(row["cores"].get<double>(), 0);

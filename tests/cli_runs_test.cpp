@@ -32,20 +32,22 @@ TEST_F(Cli, RunsAFluidFileInEveryForm) {
 
   const auto result = [&](const std::string& variant, const std::string& form) {
     const std::string out = path(variant + form + ".fluid");
-    const Outcome outcome =
-        run({"run", "--scene", path("start.fluid"), "--variant", variant, "--form", form, "--threads", "2", "--frames", "5", "--out", out});
+    const Outcome outcome = run({"run", "--scene", path("start.fluid"), "--variant", variant, "--form", form,
+                                 "--threads", "2", "--frames", "5", "--out", out});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.err, "");
     return fluid::read_fluid(out);
   };
   const fluid::FluidFile serial = result("serial", "symmetric");
   EXPECT_EQ(serial.particles_per_metre, start.particles_per_metre);
-  for (const auto& [variant, form] :
-       {std::pair{"serial", "owner_gather"}, {"openmp", "owner_gather"}, {"openmp", "sub_grid"}, {"openmp", "cell_locks"}}) {
+  for (const auto& [variant, form] : {std::pair{"serial", "owner_gather"},
+                                      {"openmp", "owner_gather"},
+                                      {"openmp", "sub_grid"},
+                                      {"openmp", "cell_locks"}}) {
     SCOPED_TRACE(std::string(variant) + ' ' + form);
     const fluid::FluidFile other = result(variant, form);
     ASSERT_EQ(other.particles.count, start.particles.count);
-    // Files hold the particles by id, so the i-th is the i-th.
+    // Files hold the particles in the order of their ids, so elements with the same index correspond.
     for (int i = 0; i < start.particles.count; ++i) {
       ASSERT_NEAR(other.particles.position.x[i], serial.particles.position.x[i], 1e-6);
       ASSERT_NEAR(other.particles.position.y[i], serial.particles.position.y[i], 1e-6);
@@ -56,7 +58,8 @@ TEST_F(Cli, RunsAFluidFileInEveryForm) {
 }
 
 TEST_F(Cli, WritesFramesForParaView) {
-  const Outcome outcome = run({"run", "--scene", scene(good_scene), "--frames", "2", "--threads", "2", "--out", path("deep/frames")});
+  const Outcome outcome =
+      run({"run", "--scene", scene(good_scene), "--frames", "2", "--threads", "2", "--out", path("deep/frames")});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   std::set<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(path("deep/frames"))) {
@@ -70,14 +73,15 @@ TEST_F(Cli, WritesFramesForParaView) {
   EXPECT_EQ(names, (std::set<std::string>{"frame_00000.vtk", "frame_00001.vtk", "frame_00002.vtk", "state.lockstep"}));
 }
 
-// Frames of a cloth, the last of them the same bits in serial and openmp.
+// Frames of a cloth have the same bits in serial and openmp.
 TEST_F(Cli, WritesFramesOfAClothInEveryForm) {
   write_bytes(path("cloth.obj"), good_obj);
-  const auto frames = [&](const std::string& scene, const std::string& variant, const std::string& form, const std::string& polygons) {
+  const auto frames = [&](const std::string& scene, const std::string& variant, const std::string& form,
+                          const std::string& polygons) {
     SCOPED_TRACE(variant + ' ' + form);
     const std::string out = path(scene.substr(folder.size() + 1) + variant + form);
-    const Outcome outcome =
-        run({"run", "--scene", scene, "--variant", variant, "--form", form, "--threads", "2", "--frames", "2", "--out", out});
+    const Outcome outcome = run({"run", "--scene", scene, "--variant", variant, "--form", form, "--threads", "2",
+                                 "--frames", "2", "--out", out});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.err, "");
     EXPECT_NE(outcome.out.find(variant + ' ' + form), std::string::npos) << outcome.out;
@@ -85,7 +89,8 @@ TEST_F(Cli, WritesFramesOfAClothInEveryForm) {
     for (const char* name : {"/frame_00000.vtk", "/frame_00001.vtk", "/frame_00002.vtk"}) {
       frames.push_back(read_bytes(out + name));
       EXPECT_EQ(frames.back().rfind("# vtk DataFile Version 3.0\nLockstep cloth\n", 0), 0u) << name;
-      for (const std::string& part : {std::string("\nPOINTS "), "\nPOLYGONS " + polygons + '\n', std::string("\nVECTORS velocity ")})
+      for (const std::string& part :
+           {std::string("\nPOINTS "), "\nPOLYGONS " + polygons + '\n', std::string("\nVECTORS velocity ")})
         EXPECT_NE(frames.back().find(part), std::string::npos) << name << part;
     }
     EXPECT_FALSE(std::filesystem::exists(out + "/frame_00003.vtk"));
@@ -104,13 +109,14 @@ TEST_F(Cli, WritesFramesOfAClothInEveryForm) {
   EXPECT_TRUE(serial == openmp);
 }
 
-// Unless told otherwise: chains of a sheet, batches of a mesh, openmp.
+// The defaults: openmp, chains for a sheet, batches for a mesh.
 TEST_F(Cli, RunsAClothInItsFirstForm) {
   write_bytes(path("cloth.obj"), good_obj);
   for (const auto& [text, particles, form] : {std::tuple{good_cloth, "35", "chains"}, {good_mesh, "4", "batches"}}) {
     const Outcome outcome = run({"run", "--scene", scene(text), "--out", path(form)});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_NE(outcome.out.find(std::string(particles) + " particles, 3 frames, openmp " + form), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find(std::string(particles) + " particles, 3 frames, openmp " + form), std::string::npos)
+        << outcome.out;
     EXPECT_TRUE(std::filesystem::exists(path(form) + "/frame_00003.vtk"));
   }
 }

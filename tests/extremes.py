@@ -1,8 +1,8 @@
-"""Runs Lockstep at its limits: the smallest inputs there are, the largest that make sense, and more than any machine holds.
+"""Runs Lockstep at its limits: the smallest inputs, the largest that make sense, and more than any machine holds.
 
-Each is a scene made here. Either it runs, and writes a frame; or it is refused in one line, and what it would have needed is said before it
-is allocated: a process that is refused may not have grown beyond REFUSED_MB.
-`make extremes` prints the table; exit code 1 if anything is otherwise.
+Each input is a scene that this script writes. It runs and writes its frames, or it is refused in one line before
+anything large is allocated: a refused process must stay below REFUSED_MB. `make extremes` prints the table. The exit
+code is 1 if any case fails.
 """
 
 import os
@@ -15,7 +15,7 @@ import sys
 import time
 
 FOLDER = pathlib.Path("build/extremes")
-REFUSED_MB = 200  # the program itself, its libraries, and what a scene file of a few lines takes
+REFUSED_MB = 200  # for the program, its libraries and a short scene file
 RIGID = 'kind = "rigid"\nframes = 1\n'
 GROUND = "[[body]]\nplane = [0, 1, 0]\n"
 
@@ -41,9 +41,9 @@ def pit(count, across):
 
 
 BLOCK = ([-0.064, -0.079, -0.064], [0.064, 0.09, 0.064])
-RUNS = "runs"  # or what the refusal must say:
+RUNS = "runs"  # expected to run; otherwise, what the refusal must contain:
 MEMORY, LIMIT = "needs", "expected"
-# Name, scene, frames, bytes of address space it may have (0: no limit), and what must become of it.
+# Name, scene, frames, limit of address space in bytes (0: no limit), expected result.
 CASES = [
     ("1 particle", fluid(204, [-0.002] * 3, [0.002] * 3), 20, 0, RUNS),
     ("5 million particles", fluid(1215, *BLOCK), 2, 0, RUNS),
@@ -68,7 +68,7 @@ CASES = [
 
 
 def run(name, text, frames, limit):
-    """Exit code, seconds, most memory in MB, and the last line that was said."""
+    """Exit code, seconds, peak memory in MB, the lines of output, and the frames written."""
     folder = FOLDER / re.sub(r"\W+", "_", name)
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
@@ -79,7 +79,7 @@ def run(name, text, frames, limit):
     with open(folder / "said", "w") as said:
         child = subprocess.Popen([str(word) for word in command], stdout=said, stderr=subprocess.STDOUT, preexec_fn=limits)
         _, status, usage = os.wait4(child.pid, 0)
-        child.returncode = 0  # it has been waited for
+        child.returncode = 0  # already waited for, by wait4
     seconds = time.monotonic() - start
     lines = (folder / "said").read_text().splitlines()
     wrote = sorted(path.name for path in folder.glob("frames/*.vtk"))

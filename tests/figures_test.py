@@ -1,4 +1,4 @@
-"""The figures and their index, drawn from small reports made here: /usr/bin/python3 tests/figures_test.py"""
+"""Tests the figures and their index with small reports: /usr/bin/python3 tests/figures_test.py"""
 
 import contextlib
 import csv
@@ -17,9 +17,9 @@ import draw  # noqa: E402, from the folder above
 MACHINE = {"date": "2026-01-31", "cpu": "a cpu", "cores": 2, "isa": "avx2", "lanes": 8, "compiler": "g++", "flags": "-O3"}
 MACHINE |= {"commit": "abc1234", "omp": {"version": 201511}}
 PEAKS = [{"threads": t, "triad_gb_per_s": 20.0 * t, "fma_gflop_per_s": 100.0 * t} for t in (1, 2)]
-SHARES = {"work": 0.5, "serial": 0.1, "together": 0.1, "locks": 0.1, "dispatch": 0.1, "waiting": 0.05}  # 0.05 are left for memory
+SHARES = {"work": 0.5, "serial": 0.1, "together": 0.1, "locks": 0.1, "dispatch": 0.1, "waiting": 0.05}  # the remaining 0.05 is memory
 
-# kernel, form, scene: what the figures ask for.
+# kernel, form, scene: the rows that the figures need.
 KERNELS = [
     ("rigid/step", "batches", "castle_hit"),
     ("rigid/sweep_and_prune", "batch", "boxes_100k"),
@@ -39,13 +39,13 @@ KERNELS = [
 
 
 def modelled(cores, ms, measured_ms):
-    """What the model says of a run, as scale.json and figures' reports have it."""
+    """The model's fields of a row, as in scale.json and in the reports of figures."""
     row = {"cores": cores, "modelled_ms": ms, "compute_ms": ms, "memory_ms": 0.0} | SHARES
     return row | ({"measured_ms": measured_ms, "off_by": ms / measured_ms - 1} if cores <= 2 else {})
 
 
 def reports():
-    """Every report, small, with numbers that differ from row to row."""
+    """Every report, small, with different numbers in each row."""
     bench, scale = [], []
     times = [("serial", 1, 80.0), ("serial_twin", 1, 90.0), ("openmp", 1, 10.0), ("openmp", 2, 5.5)]
     for k, (kernel, form, scene) in enumerate(KERNELS):
@@ -119,7 +119,7 @@ class Figures(unittest.TestCase):
         return found[0]
 
     def referred(self, reference):
-        """What a reference names: a row of a report, or a place in it."""
+        """The target of a reference: a row of a report, or a place in it."""
         name, place = reference.split(".json#")
         if place.isdigit():
             return self.reports[name]["rows"][int(place)]
@@ -187,7 +187,7 @@ class Figures(unittest.TestCase):
         self.assertAlmostEqual(float(row["marching_over_sweeping"]), 3)
 
     def test_iterations_to_the_same_residual(self):
-        # Residuals fall as 1 / n: colours at 20 leave 2.5 / 20, which the original order leaves after 8.
+        # Residuals fall as 1 / n: colours at 20 leave 2.5 / 20, which the original order reaches after 8.
         row = self.row("cloth_convergence", scene="rope", form="colours", iterations=20)
         self.assertAlmostEqual(float(row["original_needs"]), 8)
         self.assertAlmostEqual(float(row["times_the_original"]), 2.5)
@@ -195,7 +195,7 @@ class Figures(unittest.TestCase):
         # At 5 they leave more than the original order at its first point, 5: it may need fewer.
         row = self.row("cloth_convergence", scene="rope", form="colours", iterations=5)
         self.assertEqual((float(row["times_the_original"]), row["at_least"]), (1, "True"))
-        # Chains at 80 are below all of it.
+        # Chains at 80 are below the whole curve of the original order.
         self.assertEqual(self.row("cloth_convergence", scene="rope", form="chains", iterations=80)["times_the_original"], "")
 
     def test_kernels_without_flops_are_named(self):

@@ -1,5 +1,6 @@
-// What the fuzzer keeps, without the fuzzer: every input of tests/fuzz/corpus and tests/fuzz/found is read, and sound, or is refused in one
-// line (tests/fuzz/loaders.h). And what it cannot find, because it would take too much of it. Run from the root of the repository.
+// The fuzzer's inputs as a test: every input of tests/fuzz/corpus and tests/fuzz/found is read and valid, or refused in
+// one line (tests/fuzz/loaders.h). Also inputs that are too long for the fuzzer to find. Run from the root of the
+// repository.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -43,7 +44,7 @@ struct FuzzRegressions : TemporaryFolder {
 TEST_F(FuzzRegressions, Corpus) { EXPECT_GT(try_all("tests/fuzz/corpus"), 0); }
 TEST_F(FuzzRegressions, Found) { EXPECT_GT(try_all("tests/fuzz/found"), 0); }
 
-// --- What each finding now says
+// --- The message of each finding, now that it is refused
 
 struct FuzzFindings : TemporaryFolder {
   // The message without the folder.
@@ -70,7 +71,8 @@ TEST_F(FuzzFindings, KeysThatTomlAsserts) {
 }
 
 TEST_F(FuzzFindings, LettersBeyondAscii) {
-  EXPECT_EQ(toml_error("a = 1  # \xc3\xa4\nb = \xc3\xa4\n"), "a.toml:2:5: expected ASCII, which all but comments must be in");
+  EXPECT_EQ(toml_error("a = 1  # \xc3\xa4\nb = \xc3\xa4\n"),
+            "a.toml:2:5: expected ASCII, which all but comments must be in");
   EXPECT_EQ(toml_error("a = \"# \xc3\xa4\"\n"), "a.toml:1:8: expected ASCII, which all but comments must be in");
   EXPECT_EQ(toml_error("a = \"\"\"\n\"\"\"\"\" # \xc3\xa4\nb = '\\' # \xc3\xa4\nc = \"\\\"# \xc3\xa4\"\n"),
             "a.toml:4:10: expected ASCII, which all but comments must be in");
@@ -81,7 +83,7 @@ TEST_F(FuzzFindings, LettersBeyondAscii) {
   EXPECT_EQ(parse_toml(path("a.toml"))["a"].value<std::string>(), "b");
 }
 
-// Each part is a table in a table, and they are left one call in another.
+// Each part of a key is a table in a table; their destructors call each other, one level a part.
 TEST_F(FuzzFindings, KeysOfManyParts) {
   std::string dots;
   for (int i = 0; i < 1'000'000; ++i) dots += "a.";
@@ -97,7 +99,8 @@ TEST_F(FuzzFindings, KeysOfManyParts) {
 TEST_F(FuzzFindings, ControlCharactersInMessages) {
   write_bytes(path("a.toml"), "\"a\\u001b[2J\\n\" = 1\nb = \"\\u001b\"\n");
   const toml::table table = parse_toml(path("a.toml"));
-  EXPECT_EQ(error_of([&] { check_keys(table, {}, {"b"}); }), path("a.toml") + ":1:1: unknown key a?[2J?, expected one of: b");
+  EXPECT_EQ(error_of([&] { check_keys(table, {}, {"b"}); }),
+            path("a.toml") + ":1:1: unknown key a?[2J?, expected one of: b");
   EXPECT_EQ(error_of([&] { text(table, "b"); }),
             path("a.toml") + ":2:5: b: expected at most 255 characters, none of them a control character");
   EXPECT_EQ(obj_error("v 0 0 0\nf 1 \x1b[2J\n"),
@@ -124,13 +127,15 @@ TEST_F(FuzzFindings, PolygonsThatCannotBeCut) {
 }
 
 TEST_F(FuzzFindings, PinsThatComeTwice) {
-  write_bytes(path("a.toml"),
-              "kind = \"cloth\"\n[sheet]\nrows = 3\ncolumns = 3\norigin = [0, 0, 0]\nwidth = [1, 0, 0]\nheight = [0, 1, 0]\n"
-              "mass = 1\npins = [\"left\", [0, 0], [0, 0], \"left\"]\n");
-  EXPECT_EQ(error_of([&] { cloth::load_scene(path("a.toml")); }), path("a.toml") + ":9:33: pins: expected \"left\" once");
+  write_bytes(
+      path("a.toml"),
+      "kind = \"cloth\"\n[sheet]\nrows = 3\ncolumns = 3\norigin = [0, 0, 0]\nwidth = [1, 0, 0]\nheight = [0, 1, 0]\n"
+      "mass = 1\npins = [\"left\", [0, 0], [0, 0], \"left\"]\n");
+  EXPECT_EQ(error_of([&] { cloth::load_scene(path("a.toml")); }),
+            path("a.toml") + ":9:33: pins: expected \"left\" once");
 }
 
-// Bodies are as many as they are, whatever rule made them.
+// The memory check counts the bodies of all generators together.
 TEST_F(FuzzFindings, MemoryOfAllBodiesTogether) {
   const MemoryLimit limit(8e6);
   const std::string dominoes = "[[dominoes]]\ncount = 4000\n", pit = "[[pit]]\nof = \"hulls\"\ncount = 1\n";

@@ -1,4 +1,5 @@
-// Runs that are cut off: whatever ends one, whole frames are left, and --resume goes on with the same bits as a run that was not.
+// Interrupted runs: however a run ends, it leaves whole frames, and --resume continues with the same bits as an
+// uninterrupted run.
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <signal.h>
@@ -23,7 +24,7 @@ const std::string a_ball_falls_on_boxes =
     "[[body]]\nsphere = 0.3\nposition = [0.4, 2.4, 0.2]\nvelocity = [0, -2, 0]\nmass = 1\n";
 
 struct Interruption : Cli {
-  // What a folder of frames holds. Files that were being written when the program was killed end in ~.
+  // The files of a folder of frames, by name. A file whose writing was interrupted ends in ~ and is left out.
   static std::map<std::string, std::string> files_of(const std::string& folder) {
     std::map<std::string, std::string> files;
     for (const auto& entry : std::filesystem::directory_iterator(folder))
@@ -31,9 +32,12 @@ struct Interruption : Cli {
     return files;
   }
 
-  std::vector<std::string> of(const std::string& scene, const std::string& out, int frames, int threads, bool resume = false) const {
-    std::vector<std::string> arguments = {
-        "run", "--scene", scene, "--out", path(out), "--frames", std::to_string(frames), "--threads", std::to_string(threads)};
+  std::vector<std::string> of(const std::string& scene, const std::string& out, int frames, int threads,
+                              bool resume = false) const {
+    // clang-format off
+    std::vector<std::string> arguments = {"run", "--scene", scene, "--out", path(out),
+                                          "--frames", std::to_string(frames), "--threads", std::to_string(threads)};
+    // clang-format on
     if (resume) arguments.push_back("--resume");
     return arguments;
   }
@@ -69,7 +73,7 @@ TEST_F(Interruption, GoesOnBitForBit) {
   }
 }
 
-// Nothing is left to do: nothing changes.
+// Resuming a finished run changes nothing.
 TEST_F(Interruption, HasNothingToGoOnWith) {
   const std::string fluid = scene(good_scene);
   ASSERT_EQ(run(of(fluid, "frames", 3, 1)).code, 0);
@@ -90,8 +94,10 @@ TEST_F(Interruption, StopsAfterAWholeFrame) {
     EXPECT_EQ(outcome.code, 128 + signal);
     EXPECT_EQ(outcome.error_lines(), 1) << outcome.err;
     const auto files = files_of(path(out));
-    const int last = static_cast<int>(files.size()) - 2;  // of frames 0 .. last, beside the state
-    EXPECT_NE(outcome.err.find("stopped after frame " + std::to_string(last) + " of 1000000; --resume"), std::string::npos) << outcome.err;
+    const int last = static_cast<int>(files.size()) - 2;  // the files are frames 0 .. last and the state
+    EXPECT_NE(outcome.err.find("stopped after frame " + std::to_string(last) + " of 1000000; --resume"),
+              std::string::npos)
+        << outcome.err;
 
     ASSERT_EQ(run(of(fluid, out, last + 2, 1, true)).code, 0);
     ASSERT_EQ(run(of(fluid, out + "_whole", last + 2, 1)).code, 0);
@@ -99,7 +105,7 @@ TEST_F(Interruption, StopsAfterAWholeFrame) {
   }
 }
 
-// Killed without warning, again and again, at any moment.
+// The run is killed without warning, again and again, at random moments.
 TEST_F(Interruption, LeavesWholeFramesHoweverItEnds) {
   const std::string cloth = scene(good_cloth);
   constexpr int frames = 400;
@@ -134,7 +140,8 @@ TEST_F(Interruption, GoesOnWithNoOtherRun) {
   expect_refused({"run", "--scene", "scenes/levelset/slab_33.toml", "--out", path("level"), "--resume"}, "--resume");
 
   const std::string state = path("frames/state.lockstep"), good = read_bytes(state);
-  for (const std::size_t size : {std::size_t(0), std::size_t(10), std::size_t(17), std::size_t(20), good.size() / 2, good.size() - 1}) {
+  for (const std::size_t size :
+       {std::size_t(0), std::size_t(10), std::size_t(17), std::size_t(20), good.size() / 2, good.size() - 1}) {
     write_bytes(state, good.substr(0, size));
     expect_refused(of(fluid, "frames", 5, 1, true), "state.lockstep");
   }
@@ -146,11 +153,12 @@ TEST_F(Interruption, GoesOnWithNoOtherRun) {
   }
 }
 
-// A file system of its own, of 64 KB, that only the child sees.
+// The child gets its own file system of 64 KB.
 TEST_F(Interruption, SaysThatTheDiskIsFull) {
   const std::string fluid = scene(good_scene), small = path("small");
   std::filesystem::create_directory(small);
-  const std::vector<std::string> arguments = {"run", "--scene", fluid, "--out", small + "/frames", "--frames", "1000", "--threads", "1"};
+  const std::vector<std::string> arguments = {"run",      "--scene", fluid,       "--out", small + "/frames",
+                                              "--frames", "1000",    "--threads", "1"};
   const Outcome outcome = end_of(start(arguments, [&] {
     if (unshare(CLONE_NEWNS) != 0 || mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
         mount("tmpfs", small.c_str(), "tmpfs", 0, "size=64k") != 0)

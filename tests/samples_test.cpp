@@ -1,4 +1,4 @@
-// What the benchmark makes of samples whose cores are known.
+// The benchmark's selection of samples, with a known number of cores for each.
 #include "verify/samples.h"
 
 #include <gtest/gtest.h>
@@ -18,8 +18,10 @@ TEST(Samples, SetsAsideWhatHadLessThanNineTenthsOfTheCores) {
   EXPECT_FALSE(some.lack_cores);
 }
 
-// A quick time on half the cores is set aside like a slow one: it is the cores that are asked about.
-TEST(Samples, DoesNotLookAtTheTimes) { EXPECT_EQ(seconds_of(counted({{1, 1}, {9, 2}}, 2, 15).samples), std::vector<double>{9}); }
+// A short time on half of the cores is dropped like a long one: only the cores decide.
+TEST(Samples, DoesNotLookAtTheTimes) {
+  EXPECT_EQ(seconds_of(counted({{1, 1}, {9, 2}}, 2, 15).samples), std::vector<double>{9});
+}
 
 TEST(Samples, CountsAllWhereFewerThanHalfHadTheCores) {
   const Counted all = counted({{1, 2}, {3, 1}, {5, 1}, {7, 1}}, 2, 15);

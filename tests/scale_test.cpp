@@ -1,5 +1,5 @@
-// The scaling model on OpenMP programs whose answers are known: they spend time on a clock of the test's own, so that the model must give
-// exactly what a pencil does.
+// The scaling model on OpenMP programs with known answers. They spend time on a simulated clock, so the model must give
+// exactly the results of a calculation by hand.
 #include <gtest/gtest.h>
 #include <omp.h>
 
@@ -20,7 +20,7 @@
 namespace lockstep::verify {
 namespace {
 
-volatile double time_ns = 0;  // volatile: the compiler takes it that no one else writes while OpenMP's runtime is called
+volatile double time_ns = 0;  // volatile: the compiler assumes that a call of OpenMP's runtime does not change it
 double test_clock() { return time_ns; }
 void spend(double ns) { time_ns = time_ns + ns; }
 
@@ -97,7 +97,7 @@ TEST(scale, all_under_one_lock) {
   omp_destroy_lock(&lock);
 }
 
-// To note each lock takes time that a record without does not have.
+// Recording each lock takes time that a record without locks does not contain.
 TEST(scale, a_record_that_notes_locks_is_fitted_to_one_that_does_not) {
   omp_lock_t lock;
   omp_init_lock(&lock);
@@ -171,7 +171,8 @@ TEST(scale, serial_parts_and_what_forks_barriers_and_chunks_cost) {
   const Replayed r = replay(record(16, work, test_clock, 0, Locks::noted), costs, 0);
   EXPECT_EQ(r.work + r.serial + r.together + r.locks + r.dispatch + r.waiting, 16 * r.total);
 
-  // One fetch at a time: eight threads take their first chunks one after another, and all ask once more in vain.
+  // One fetch at a time: eight threads fetch their first chunks one after another, and each fetches once more and gets
+  // none.
   const auto loop = [] {
 #pragma omp parallel for schedule(dynamic)
     for (int i = 0; i < 8; ++i) spend(1000);

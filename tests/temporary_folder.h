@@ -1,4 +1,4 @@
-// What tests of files share.
+// Helpers of tests that read or write files, or limit the process.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -29,18 +29,21 @@ struct TemporaryFolder : testing::Test {
 
   std::string path(const std::string& name) const { return folder + '/' + name; }
   int files() const {
-    return static_cast<int>(std::distance(std::filesystem::directory_iterator(folder), std::filesystem::directory_iterator()));
+    return static_cast<int>(
+        std::distance(std::filesystem::directory_iterator(folder), std::filesystem::directory_iterator()));
   }
 };
 
-inline void write_bytes(const std::string& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
+inline void write_bytes(const std::string& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary) << bytes;
+}
 
 inline std::string read_bytes(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-// The one line that the user would read.
+// The message of the InputError that `action` throws, which must be one line.
 template <class Action>
 std::string error_of(Action action) {
   try {
@@ -52,7 +55,7 @@ std::string error_of(Action action) {
   return "no error";
 }
 
-// Permissions do not bind root. Where the tests run as root, one that is about permissions runs as nobody.
+// Permissions do not bind root. If the tests run as root, a test of permissions runs as the user nobody.
 struct AsNobody {
   AsNobody() { bound = geteuid() != 0 || seteuid(65534) == 0; }
   ~AsNobody() {
@@ -61,14 +64,14 @@ struct AsNobody {
   bool bound;
 };
 
-// Bytes of address space that this process uses.
+// The address space of this process, in bytes.
 inline rlim_t address_space() {
   rlim_t pages = 0;
   std::ifstream("/proc/self/statm") >> pages;
   return pages * sysconf(_SC_PAGESIZE);
 }
 
-// Lowers one of this process's limits for a while.
+// Lowers one of this process's limits until it is destroyed.
 struct Limit {
   Limit(int resource, rlim_t value) : resource(resource) {
     getrlimit(resource, &before);

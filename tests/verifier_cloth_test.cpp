@@ -1,5 +1,5 @@
-// The verifier's checks of runs of the game cloth and of convergence. Each test plants one mistake in a step that is right
-// otherwise.
+// The verifier's checks of runs of the game cloth and of convergence. Each test plants one mistake in a step that is
+// right otherwise.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,7 +26,7 @@ constexpr float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeri
 using ClothStep = cloth::Step<float>;
 using GameCloth = cloth::Cloth<float>;
 
-// Falls on a sphere and from there to the floor.
+// A napkin that falls on a sphere, and from there to the floor.
 cloth::Scene napkin(int frames) {
   cloth::Scene scene = cloth::load_scene("scenes/cloth/tiny.toml");
   scene.frames = frames;
@@ -43,7 +43,7 @@ Judgement judge_run(const cloth::Scene& scene, ClothStep* step) {
 
 int middle(const GameCloth& cloth) { return cloth.sheet.index(cloth.sheet.rows / 2, cloth.sheet.columns / 2); }
 
-// A step of its parts, right if nothing is changed.
+// A step composed of its parts; correct if `relax` is.
 template <class Relax>
 void step_by(GameCloth& c, const Relax& relax, bool collide = true) {
   for (int substep = 0; substep < c.model.substeps; ++substep) {
@@ -83,7 +83,7 @@ void cloth_without_bodies(GameCloth& c) {
       c, [](GameCloth& c) { cloth::serial::relax_chains(c, c.model.iterations); }, false);
 }
 
-// The thickness is left out: no particle is inside a body, but the bits are others.
+// Half of the thickness is missing: no particle is inside a body, but the bits differ.
 void cloth_too_thin(GameCloth& c) {
   GameCloth thin = c;
   for (auto& plane : thin.bodies.planes) plane.offset -= .005f;
@@ -116,14 +116,15 @@ void cloth_with_a_velocity_of_nan(GameCloth& c) {
 
 TEST(CheckClothRun, PassesARightStep) {
   const cloth::Scene scene = napkin(100);
-  for (ClothStep* step : std::initializer_list<ClothStep*>{cloth::serial::step_chains, cloth_right, cloth::openmp::step_chains}) {
+  for (ClothStep* step :
+       std::initializer_list<ClothStep*>{cloth::serial::step_chains, cloth_right, cloth::openmp::step_chains}) {
     const Judgement judgement = judge_run(scene, step);
     EXPECT_TRUE(judgement.passed) << judgement.worst_at;
     EXPECT_EQ(judgement.error, 0);
   }
 }
 
-// After one step, and after a hundred, when it has met both bodies.
+// After one step, and after a hundred, when the cloth has touched both bodies.
 TEST(CheckClothRun, FailsOnOneUlpOfOneParticle) {
   for (const int frames : {1, 100})
     for (ClothStep* step : {cloth_moved_by_one_ulp<0>, cloth_moved_by_one_ulp<1>, cloth_moved_by_one_ulp<2>}) {
@@ -134,7 +135,8 @@ TEST(CheckClothRun, FailsOnOneUlpOfOneParticle) {
     }
   const Judgement judgement = judge_run(napkin(1), cloth_moved_by_one_ulp<0>);
   EXPECT_EQ(judgement.error, 1) << "the one that was moved, and no other";
-  EXPECT_NE(judgement.worst_at.find("particle " + std::to_string(middle(cloth::convert<float>(napkin(1).cloth))) + ' '), std::string::npos)
+  EXPECT_NE(judgement.worst_at.find("particle " + std::to_string(middle(cloth::convert<float>(napkin(1).cloth))) + ' '),
+            std::string::npos)
       << judgement.worst_at;
 }
 
@@ -174,7 +176,7 @@ TEST(CheckClothRun, SaysWhatBroke) {
   EXPECT_NE(through.worst_at.find(" m inside a body after step "), std::string::npos) << through.worst_at;
 }
 
-// In the last step, too: there is none after it that would see.
+// The last step must be checked as well: no later step would reveal its fault.
 TEST(CheckClothRun, LooksAtTheLastStep) {
   const cloth::Scene scene = napkin(1);
   for (ClothStep* step : {cloth_to_nan, cloth_with_one_in_the_sphere}) EXPECT_FALSE(judge_run(scene, step).passed);
@@ -211,21 +213,22 @@ TEST(ClothFacts, AreSeenToBreak) {
   EXPECT_EQ(depth_at(1.75f, 0, 0), .25);
   EXPECT_EQ(depth_at(3, .5f, 0), 0);
   bodies = {};
-  bodies.boxes = {{.centre = {2, 0, 0}, .half = {.5, .25, 1}, .axis = {{{0, 1, 0}, {0, 0, 1}, {1, 0, 0}}}}};  // turned: 1 along x
+  bodies.boxes = {
+      {.centre = {2, 0, 0}, .half = {.5, .25, 1}, .axis = {{{0, 1, 0}, {0, 0, 1}, {1, 0, 0}}}}};  // turned: 1 along x
   EXPECT_EQ(depth_at(2.5f, 0, 0), .25);
   EXPECT_EQ(depth_at(2.875f, 0, 0), .125);
   EXPECT_EQ(depth_at(2, .375f, 0), .125);
   EXPECT_EQ(depth_at(2, 0, .25f), 0);
 
-  // What nothing moves may be anywhere.
+  // A pinned particle may be inside a body.
   GameCloth pinned = whole;
   pinned.inverse_mass[i] = 0;
   pinned.position.x[i] = 2;
   EXPECT_EQ(deepest_inside(bodies, pinned).depth, 0);
 }
 
-// Converged: what a form leaves after enough iterations against what the original order leaves. Without gravity the scene is one
-// relaxation, with gravity many steps.
+// Converged: the residual of a form after enough iterations, compared with the residual of the original order. Without
+// gravity the scene is one relaxation; with gravity it is many steps.
 TEST(ResidualLeft, TellsARelaxationThatStalls) {
   constexpr int n = 10;
   const auto half = [](GameCloth& c, int iterations) { cloth::serial::relax_original(c, iterations / 2); };
@@ -236,7 +239,8 @@ TEST(ResidualLeft, TellsARelaxationThatStalls) {
   };
   for (const char* name : {"pulled_edge", "rope"}) {
     SCOPED_TRACE(name);
-    const GameCloth start = cloth::convert<float>(cloth::load_scene("scenes/cloth/" + std::string(name) + ".toml").cloth);
+    const GameCloth start =
+        cloth::convert<float>(cloth::load_scene("scenes/cloth/" + std::string(name) + ".toml").cloth);
     const double target = residual_left(start, cloth::serial::relax_original, n);
     EXPECT_GT(target, 0);
     EXPECT_EQ(residual_left(start, cloth::serial::relax_original, n), target);

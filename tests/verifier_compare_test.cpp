@@ -70,8 +70,8 @@ TEST(HashBytes, TellsOneBitAndOrder) {
 
 // --- Bounded
 
-Judgement compare_bounded(const std::vector<float>& openmp, const std::vector<float>& serial, const std::vector<double>& truth,
-                          const std::vector<double>& rounding) {
+Judgement compare_bounded(const std::vector<float>& openmp, const std::vector<float>& serial,
+                          const std::vector<double>& truth, const std::vector<double>& rounding) {
   Judgement judgement{.verdict = Verdict::bounded, .worst_at = ""};
   within_bound(judgement, openmp, serial, truth, rounding, element);
   return judgement;
@@ -87,14 +87,14 @@ TEST(WithinBound, PassesOnExactlyTheBoundAndFailsJustAbove) {
   EXPECT_FALSE(compare_bounded({std::nextafter(4.f, 5.f)}, {4}, {4}, {0}).passed);
 }
 
-TEST(WithinBound, FailsOnWhatIsNoNumber) {
+TEST(WithinBound, FailsOnNan) {
   EXPECT_FALSE(compare_bounded({nan}, {1}, {1}, {1}).passed);
   EXPECT_FALSE(compare_bounded({1}, {nan}, {1}, {1}).passed);
   EXPECT_FALSE(compare_bounded({1}, {1}, {nan}, {1}).passed);
   EXPECT_FALSE(compare_bounded({1}, {1}, {1}, {nan}).passed);
   EXPECT_FALSE(compare_bounded({nan}, {nan}, {nan}, {1}).passed);
   EXPECT_FALSE(compare_bounded({inf}, {1}, {1}, {1}).passed);
-  EXPECT_FALSE(compare_bounded({inf}, {inf}, {1}, {1}).passed);  // serial is wrong here, which excuses nothing
+  EXPECT_FALSE(compare_bounded({inf}, {inf}, {1}, {1}).passed);  // a wrong serial result does not excuse openmp
 }
 
 TEST(WithinBound, ReportsTheWorstByItsOwnBound) {
@@ -109,8 +109,8 @@ TEST(WithinBound, ReportsTheWorstByItsOwnBound) {
   EXPECT_EQ(bad.worst_at, "element 1: openmp 3, serial 2");
 }
 
-// NaN is the worst of all, whatever comes after it.
-TEST(WithinBound, ReportsWhatIsNoNumber) {
+// NaN is the worst error, whatever comes after it.
+TEST(WithinBound, ReportsNan) {
   const Judgement judgement = compare_bounded({1, nan, 3.5, 4}, {1, 2, 3, 4}, {1, 2, 3, 4}, {1, 1, 1, 1});
   EXPECT_FALSE(judgement.passed);
   EXPECT_EQ(judgement.worst_at.substr(0, judgement.worst_at.find(':')), "element 1");

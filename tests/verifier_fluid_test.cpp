@@ -25,7 +25,7 @@ using namespace fluid;
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
 
-// A dam break, some frames after its lowest particles have met the floor.
+// A dam break, some frames after its lowest particles have reached the floor.
 Fluid<float> flowing() {
   Scene scene = load_scene("scenes/fluid/dam_break_5k.toml");
   Fluid<float> fluid = make_fluid(convert<float>(scene.model), scene.particles);
@@ -33,17 +33,17 @@ Fluid<float> flowing() {
   return fluid;
 }
 
-// At rest in no gravity and without walls: momentum is conserved.
+// A lattice at rest, without gravity and walls: momentum is conserved.
 Fluid<float> floating() {
   Scene scene = load_scene("scenes/fluid/lattice_5k.toml");
   return make_fluid(convert<float>(scene.model), scene.particles);
 }
 
-constexpr int victim = 1234;  // the id of the particle that is done wrong
+constexpr int victim = 1234;  // the id of the particle that gets the mistake
 
 int place_of_victim(const Fluid<float>& fluid) { return id_order(fluid.particles)[victim]; }
 
-// A right step, but for what `change` does to the accelerations by pressure, viscosity and gravity.
+// A correct step, except for the change that `change` makes to the accelerations.
 template <class Change>
 void step_with(Fluid<float>& f, const Change& change) {
   serial::rebuild_grid(f.grid, f.particles, f.sorted);
@@ -86,7 +86,8 @@ void step_without_viscosity_of_one(Fluid<float>& f) {
 void step_without_forces_of_one(Fluid<float>& f) {
   step_with(f, [](Fluid<float>& f) {
     const int i = place_of_victim(f);
-    f.acceleration.x[i] = f.model.gravity.x, f.acceleration.y[i] = f.model.gravity.y, f.acceleration.z[i] = f.model.gravity.z;
+    f.acceleration.x[i] = f.model.gravity.x, f.acceleration.y[i] = f.model.gravity.y,
+    f.acceleration.z[i] = f.model.gravity.z;
   });
 }
 
@@ -136,7 +137,7 @@ TEST(CheckOneStep, PassesARightStepAndNoWrongOne) {
   EXPECT_TRUE(judge_one_step(start, step_right).passed);
   EXPECT_TRUE(judge_one_step(start, openmp::step_owner_gather).passed);
   for (const Mistake& mistake : mistakes) {
-    // A step's velocities are means of its half velocities, which are what is compared.
+    // The check compares half velocities; velocities are their means.
     if (mistake.step == step_to_nan) continue;
     const Judgement judgement = judge_one_step(start, mistake.step);
     EXPECT_FALSE(judgement.passed) << mistake.name;
@@ -146,7 +147,8 @@ TEST(CheckOneStep, PassesARightStepAndNoWrongOne) {
 
 TEST(CheckOneStep, NamesTheParticle) {
   const Fluid<float> start = flowing();
-  for (Step<float>* step : {step_shifting_one, step_pushing_one, step_without_viscosity_of_one, step_without_forces_of_one}) {
+  for (Step<float>* step :
+       {step_shifting_one, step_pushing_one, step_without_viscosity_of_one, step_without_forces_of_one}) {
     const std::string worst_at = judge_one_step(start, step).worst_at;
     EXPECT_NE(worst_at.find("of particle " + std::to_string(victim) + ":"), std::string::npos) << worst_at;
   }
@@ -164,7 +166,8 @@ TEST(CheckFreeRun, PassesARightStepAndNoWrongOne) {
   ASSERT_EQ(runs.frames.size(), 20u);
   const Holds holds{.inside_domain = true, .energy_falls_after = {}};
   EXPECT_TRUE(judge_free_run(start, runs, holds, step_right).passed);
-  for (const Mistake& mistake : mistakes) EXPECT_FALSE(judge_free_run(start, runs, holds, mistake.step).passed) << mistake.name;
+  for (const Mistake& mistake : mistakes)
+    EXPECT_FALSE(judge_free_run(start, runs, holds, mistake.step).passed) << mistake.name;
 }
 
 TEST(CheckFreeRun, SaysWhatBroke) {
@@ -173,7 +176,7 @@ TEST(CheckFreeRun, SaysWhatBroke) {
   EXPECT_EQ(judge_free_run(start, runs, {}, step_to_nan).worst_at,
             "velocity.y of particle " + std::to_string(victim) + " is not finite after frame 1");
   FreeRuns forgotten = runs;
-  forgotten.comparable = 0;  // then only what the scene says can tell
+  forgotten.comparable = 0;  // then only the scene's own statements are checked
   EXPECT_TRUE(judge_free_run(start, forgotten, {}, step_shifting_one).passed);
   const auto step_out = [](Fluid<float>& f) {
     serial::step_symmetric(f);
@@ -196,11 +199,12 @@ TEST(CheckFreeRun, SeesMomentumChange) {
   const Judgement judgement = judge_free_run(start, runs, holds, step_drifting);
   EXPECT_FALSE(judgement.passed);
   EXPECT_EQ(judgement.worst_at, "momentum changed after frame 1");
-  // Half of the cube no longer pulls back when the other half pulls.
+  // Half of the cube exerts forces without reactions.
   const auto step_one_sided = [](Fluid<float>& f) {
     step_with(f, [](Fluid<float>& f) {
       for (int i = 0; i < f.particles.count; ++i)
-        if (f.particles.id[i] < f.particles.count / 2) f.acceleration.x[i] = f.acceleration.y[i] = f.acceleration.z[i] = 0;
+        if (f.particles.id[i] < f.particles.count / 2)
+          f.acceleration.x[i] = f.acceleration.y[i] = f.acceleration.z[i] = 0;
     });
   };
   EXPECT_FALSE(judge_free_run(start, runs, holds, step_one_sided).passed);

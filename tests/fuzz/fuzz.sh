@@ -1,15 +1,18 @@
 #!/bin/bash
-# The loaders under libFuzzer with the address and undefined-behaviour sanitizers, each for a while, from its corpus on, one process a
-# core. `make fuzz` builds build/fuzz/ and calls it; arguments: seconds for each loader, and the loaders, all by default.
+# Runs the loaders under libFuzzer with the address and undefined-behaviour sanitizers: each for some time, starting
+# from its corpus, one process a core. `make fuzz` builds build/fuzz/ and calls it. Arguments: seconds for each loader,
+# and the loaders; all by default.
 #
-# A finding is whatever is neither a file read nor an InputError in one line (tests/fuzz/loaders.h): another exception, a crash, a report of
-# a sanitizer, more than ten seconds for a file, or more than 2 GB. Its input stays in build/fuzz/, and is the first to be run next time.
-# Mend the loader and put the input, cut down by hand or by -minimize_crash=1, into found/ below this folder, where
-# tests/fuzz_regressions_test.cpp reads it ever after. The table says how many inputs were run, how many the corpus has grown to, how many
-# edges of the program they cover, how many findings there are (a loader stops at its first), and the seconds. Exit code 1 where there is one.
+# A finding is any result except a file that is read and an InputError of one line (tests/fuzz/loaders.h): another
+# exception, a crash, a sanitizer's report, more than ten seconds for a file, or more than 2 GB. Its input stays in
+# build/fuzz/ and is the first to run next time. Fix the loader, reduce the input by hand or with -minimize_crash=1, and
+# put it into found/ below this folder: tests/fuzz_regressions_test.cpp then reads it on every run.
 #
-# New inputs stay in build/fuzz/ as well. `tests/fuzz/fuzz.sh keep` brings into corpus/ the few that cover an edge which nothing there
-# does, that of the loaders before it (scenes have a parser in common) included.
+# The table shows the number of inputs that were run, the size of the corpus, the covered edges of the program, the
+# findings (a loader stops at its first), and the seconds. The exit code is 1 if there is a finding.
+#
+# New inputs stay in build/fuzz/ as well. `tests/fuzz/fuzz.sh keep` copies into corpus/ the few that cover an edge which
+# no input there covers. Inputs of all loaders count, because scenes share a parser.
 set -u
 cd "$(dirname "$0")/../.." || exit 1
 build=build/fuzz
@@ -19,7 +22,7 @@ loaders=${*:2}
 for loader in $loaders; do
   [[ " $all " = *" $loader "* ]] || { echo "no loader $loader, expected one of: $all" >&2; exit 2; }
 done
-TMPDIR=$(mktemp -d -p /dev/shm lockstep_XXXXXX) || exit 1  # in memory; inputs are written there for the loaders to read
+TMPDIR=$(mktemp -d -p /dev/shm lockstep_XXXXXX) || exit 1  # in memory; the loaders read their inputs from here
 export TMPDIR
 trap 'rm -rf "$TMPDIR"' EXIT
 
@@ -39,7 +42,7 @@ if [ "$seconds" = keep ]; then
   exit
 fi
 
-# The words of scenes, from the loaders themselves; texts in scenes also with their quotes.
+# A dictionary of the words in scenes, extracted from the loaders; each with and without quotes.
 sed 's@//.*@@; /#include/d' common/scene.cpp common/*/scene.cpp | grep -oE '"[a-z_]{2,}\\?"' | tr -d '\\"' | sort -u |
   sed 's/.*/"&"\n"\\"&\\""/' > $build/scene.dict
 

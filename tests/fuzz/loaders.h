@@ -1,5 +1,6 @@
-// What reads files of users, by name, and what must hold of it: a file is read, and what was read is sound, or it is refused with an
-// InputError in one line. For the fuzzer, and for the test that feeds it again what the fuzzer kept.
+// The loaders of users' files, by name, and the property that must hold of each: a file is read and its content is
+// valid, or it is refused with an InputError of one line. Used by the fuzzer, and by the test that repeats the fuzzer's
+// inputs.
 #pragma once
 
 #include <algorithm>
@@ -21,22 +22,24 @@
 
 namespace lockstep::fuzz {
 
-// What a loader may take: with it, what is large is refused, and all else is read in a fraction of a second.
+// Bytes that a loader may allocate: large inputs are refused, and all others are read in a fraction of a second.
 inline constexpr double memory = 8e6;
 
-// A finding.
+// Throws a finding unless `holds`.
 inline void must(bool holds, const std::string& what) {
   if (!holds) throw std::logic_error(what);
 }
 
-inline void write_bytes(const std::string& path, std::string_view bytes) { std::ofstream(path, std::ios::binary) << bytes; }
+inline void write_bytes(const std::string& path, std::string_view bytes) {
+  std::ofstream(path, std::ios::binary) << bytes;
+}
 
 inline std::string read_bytes(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-// Whether the action was not refused.
+// Whether the action was not refused. The message of a refusal must be one readable line.
 template <class Action>
 bool accepted(Action action) {
   try {
@@ -62,7 +65,7 @@ inline void try_scene_of(const verify::Domain& domain, const std::string& path) 
 
 // --- Files
 
-// What was read is written as it stood.
+// A file that is read must be written with the same bytes.
 inline void try_fluid_file(const std::string& path) {
   fluid::FluidFile file;
   if (!accepted([&] { file = fluid::read_fluid(path); })) return;
@@ -72,12 +75,13 @@ inline void try_fluid_file(const std::string& path) {
   std::filesystem::remove(copy);
 }
 
-// Scenes that use an OBJ, whatever is in it, take it or refuse it, too.
+// Scenes that use the OBJ must also read or refuse it.
 inline void try_obj(const std::string& path) {
   Mesh mesh;
   if (!accepted([&] { mesh = read_obj(path); })) return;
   const int points = static_cast<int>(mesh.points.size());
-  for (const auto& [x, y, z] : mesh.points) must(std::abs(x) <= 1e9 && std::abs(y) <= 1e9 && std::abs(z) <= 1e9, "a point is out of range");
+  for (const auto& [x, y, z] : mesh.points)
+    must(std::abs(x) <= 1e9 && std::abs(y) <= 1e9 && std::abs(z) <= 1e9, "a point is out of range");
   for (const auto& [a, b, c] : mesh.triangles)
     for (const int corner : {a, b, c}) must(corner >= 0 && corner < points, "a corner is no point");
   const std::string file = std::filesystem::path(path).filename(), scene = path + ".toml";
@@ -86,33 +90,36 @@ inline void try_obj(const std::string& path) {
     try_scene_of(verify::domain_of_scene(scene), scene);
   };
   with("kind = \"cloth\"\n[mesh]\nfile = \"" + file + "\"\nmass = 1\nbending = true\n");
-  with("kind = \"levelset\"\npoints = [8, 9, 10]\nspacing = 0.25\norigin = [-1, -1, -1]\n[mesh]\nfile = \"" + file + "\"\n");
-  with("kind = \"rigid\"\nframes = 1\n[[hull]]\nname = \"a\"\nfile = \"" + file + "\"\n[[body]]\nhull = \"a\"\ndensity = 1\n");
+  with("kind = \"levelset\"\npoints = [8, 9, 10]\nspacing = 0.25\norigin = [-1, -1, -1]\n[mesh]\nfile = \"" + file +
+       "\"\n");
+  with("kind = \"rigid\"\nframes = 1\n[[hull]]\nname = \"a\"\nfile = \"" + file +
+       "\"\n[[body]]\nhull = \"a\"\ndensity = 1\n");
   with("kind = \"rigid\"\nframes = 1\n[[body]]\nmesh = \"" + file + "\"\n");
   std::filesystem::remove(scene);
 }
 
 struct Loader {
-  std::string name;  // of its folders below corpus/ and found/
-  std::string file;  // what the input is called: its extension matters
+  std::string name;  // also of its folders in corpus/ and found/
+  std::string file;  // name of the input file; its extension matters
   std::function<void(const std::string& path)> try_file;
 };
 
 // One for the scenes of each domain, then those of other files.
 inline std::vector<Loader> loaders() {
   std::vector<Loader> all;
-  for (const verify::Domain& domain : verify::domains()) all.push_back({domain.name, "scene.toml", [&domain](const std::string& path) { try_scene_of(domain, path); }});
+  for (const verify::Domain& domain : verify::domains())
+    all.push_back({domain.name, "scene.toml", [&domain](const std::string& path) { try_scene_of(domain, path); }});
   all.push_back({"fluid_file", "in.fluid", try_fluid_file});
   all.push_back({"obj", "in.obj", try_obj});
   return all;
 }
 
-// Beside every input, for scenes to name: a tetrahedron.
+// Writes a tetrahedron beside the inputs, which scenes may name.
 inline void write_neighbours(const std::string& folder) {
   write_bytes(folder + "/a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
 }
 
-// Throws anything, or crashes, where there is a finding.
+// Throws or crashes if there is a finding.
 inline void try_bytes(const Loader& loader, const std::string& folder, std::string_view bytes) {
   const std::string path = folder + '/' + loader.file;
   write_bytes(path, bytes);

@@ -1,5 +1,6 @@
-// The loaders under libFuzzer: whatever bytes a file holds, it is read or refused in one line. LOCKSTEP_LOADER says which of them,
-// TMPDIR where the input is written for the loader to read: best in memory. tests/fuzz/fuzz.sh runs it, and says what counts as a finding.
+// The loaders under libFuzzer: a file with any bytes is read or refused in one line. LOCKSTEP_LOADER names the loader.
+// TMPDIR is the folder where the input is written for the loader to read, best in memory. tests/fuzz/fuzz.sh runs the
+// program and defines a finding.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -22,7 +23,7 @@ Loader chosen_loader() {
   std::exit(2);
 }
 
-// A folder of this process alone.
+// A temporary folder of this process.
 std::string make_folder() {
   std::string folder = (std::filesystem::temp_directory_path() / "lockstep_fuzz_XXXXXX").string();
   if (!mkdtemp(folder.data())) {

@@ -1,18 +1,20 @@
-"""Plants known mistakes in openmp/, one at a time, and asks the verifier or the thread sanitizer to catch each; `make mutants` calls it.
+"""Plants known mistakes in openmp/, one at a time, and expects the verifier or the thread sanitizer to catch each.
 
-A mistake is a [[mutant]] of a .toml file beside this one:
-    kernel, name   what is broken, and how, as a reader would say it
-    file           in openmp/, or a header of common/ that openmp/ includes: serial/ keeps the right one
-    find, replace  the change: text that stands exactly once in the file; lists of the same length where it wants several places
-    verify         what `lockstep verify --kernel KERNEL` gets besides, or, for races that the verifier might not see,
-    tsan           what it gets in the thread sanitizer's build
-The sources stay as they are: the changed file goes to a folder of its own, build/mutants/BUILD/ID/, where the compiler looks first.
-What depends on it is compiled anew (-O1: the bits are the same, and it is quicker), linked with all the other objects of the normal
-build, and run.
+`make mutants` calls it. A mistake is a [[mutant]] of a .toml file beside this one:
+    kernel, name   what is broken, and how, for a reader
+    file           in openmp/, or a header of common/ that openmp/ includes; serial/ keeps the correct header
+    find, replace  the edit: a text that occurs exactly once in the file, and its replacement; for edits at several places,
+                   two lists of the same length
+    verify         more arguments for `lockstep verify --kernel KERNEL`; or, for races that the verifier might not see,
+    tsan           the same in the thread sanitizer's build
+The sources stay unchanged. The changed file goes to a folder of its own, build/mutants/BUILD/ID/, which the compiler
+searches first. Files that depend on it are compiled again (-O1 gives the same bits and is faster), linked with the
+other objects of the normal build, and run.
 
-Caught is a mutant whose verify row fails, that crashes or hangs, or in which the sanitizer sees a race (in one of TSAN_RUNS runs). A mutant whose text is not
-found or does not compile, or a selection that the unchanged program, made in the same way, does not pass, is an error, so that no
-mutant passes for caught by accident. Exit code 0 if all are caught, 1 if one survived, 2 on an error.
+A mutant is caught if a verify row fails, if the program crashes or hangs, or if the sanitizer sees a race in one of
+TSAN_RUNS runs. It is an error if a mutant's text is not found or does not compile, or if the unchanged program, built
+in the same way, does not pass the mutant's selection. No mutant can therefore count as caught by accident. Exit code 0
+if all are caught, 1 if one survived, 2 on an error.
 """
 
 import argparse
@@ -34,16 +36,17 @@ import sys
 import time
 import tomllib
 
-# Archer tells the sanitizer what OpenMP orders; why its own lock table must be suppressed stands in verify/tsan.sh.
+# Archer tells the sanitizer what OpenMP orders. verify/tsan.sh explains why Archer's own lock table must be suppressed.
 SUPPRESSIONS = "called_from_lib:libarcher.so\n"
 ARCHER = os.environ.get("OMP_TOOL_LIBRARIES", "/usr/lib/llvm-14/lib/libarcher.so")
-# The sanitizer remembers the last few accesses to a word, and locks that threads happen to pass on order what a missing barrier does not:
-# whether it sees a race is in part chance. So many runs may show it; the unchanged program shows none in any run of `make tsan`.
+# The sanitizer remembers only the last few accesses to a word, and locks that threads happen to pass on hide a missing
+# barrier. So it sees a race only with some probability, and gets several runs. The unchanged program shows no race in
+# any run of `make tsan`.
 TSAN_RUNS = 5
 
 
 class Error(Exception):
-    """Of the table, or of what the runner was given: no verdict on any mutant."""
+    """An error in the mutants' files or in the arguments: no verdict on a mutant."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -58,9 +61,10 @@ class Mutant:
 
     @functools.cached_property
     def text(self):
-        """The file, changed."""
+        """The changed content of the file."""
         text = original = pathlib.Path(self.file).read_text()
-        for find, replace in sorted(self.edits, key=lambda edit: original.find(edit[0]), reverse=True):  # none sees what another put there
+        # From the end to the beginning, so that no edit changes the position of another.
+        for find, replace in sorted(self.edits, key=lambda edit: original.find(edit[0]), reverse=True):
             if original.count(find) != 1:
                 raise Error(f"{self.id}: stands {original.count(find)} times in {self.file}, must once: {find}")
             begin = original.index(find)
@@ -89,7 +93,7 @@ def read_mutants(folder):
             selection = ("verify", "--kernel", kernel, *shlex.split(entry["tsan" if tsan else "verify"]))
             id = f"{kernel.replace('/', '-')}-{numbers[kernel]}"
             mutants.append(Mutant(id, kernel, entry["name"], entry["file"], edits, selection, tsan))
-            mutants[-1].text  # stale ones are an error even where they are not selected
+            mutants[-1].text  # a stale mutant is an error even if it is not selected
     return mutants
 
 
@@ -97,7 +101,7 @@ LEAST = 5  # mutants of a kernel
 
 
 def check_numbers(mutants, program):
-    """Every kernel that the program lists has mutants enough, and every mutant's kernel is one of them."""
+    """Checks that each kernel of the program has enough mutants, and that each mutant's kernel exists."""
     listed = {row["kernel"] for row in json.loads(subprocess.check_output([program, "list", "--json"]))["rows"]}
     numbers = collections.Counter(mutant.kernel for mutant in mutants)
     few = [f"{kernel} has {numbers[kernel]}" for kernel in sorted(listed) if numbers[kernel] < LEAST]
@@ -108,7 +112,8 @@ def check_numbers(mutants, program):
 
 
 def some_of(mutants, n):
-    """The day's n: the first of each kernel, then the second of each, and so on, in a ring; each day goes on where the last stopped."""
+    """The n mutants of today. All mutants form a ring: the first of each kernel, the second of each, and so on. Each day
+    continues where the day before stopped."""
     by_kernel = collections.defaultdict(list)
     for mutant in mutants:
         by_kernel[mutant.kernel].append(mutant)
@@ -122,12 +127,12 @@ def some_of(mutants, n):
 
 
 class Build:
-    """A built program: its folder and the words to compile and link with. Makes changed ones of it."""
+    """A built program: its folder and its commands to compile and link. Makes changed programs from it."""
 
     def __init__(self, folder, compile, link, libs):
         self.folder, self.compile, self.link, self.libs = pathlib.Path(folder), shlex.split(compile), shlex.split(link), shlex.split(libs)
         self.work = pathlib.Path("build/mutants") / self.folder.name
-        self.sources = {}  # of each object: its source, then what that includes
+        self.sources = {}  # of each object: its source, then the files included
         for path in self.folder.rglob("*.d"):
             rule = path.read_text().replace("\\\n", " ").split("\n\n")[0].splitlines()[0]
             target, sources = rule.split(":", 1)
@@ -137,16 +142,16 @@ class Build:
             raise Error(f"{self.folder} holds no build")
 
     def make(self, id, files, map=map):
-        """The program with these files, {name: text}, in place of its own: its path."""
+        """Builds the program with these files, {name: text}, in place of its own. Returns its path."""
         overlay = self.work / id
         shutil.rmtree(overlay, ignore_errors=True)
         for name, text in files.items():
             (overlay / name).parent.mkdir(parents=True, exist_ok=True)
             (overlay / name).write_text(text)
-        # A header of common/ changes for openmp/ alone: serial/ is what it is compared with.
+        # A header of common/ changes for openmp/ alone, because serial/ is the reference.
         takes = lambda name, source: name.startswith("openmp/") or source.startswith("openmp/")
         changed = {o: of for o, of in sorted(self.sources.items()) if any(f in of and takes(f, of[0]) for f in files)}
-        # serial/ and common/ know nothing of openmp/.
+        # serial/ and common/ do not include openmp/.
         if not changed or not all(of[0].startswith(("openmp/", "verify/")) for of in changed.values()):
             raise Error(f"{id}: {', '.join(files)} goes into {', '.join(changed) or 'nothing'}")
         objects = [object for object in self.sources if object not in changed]
@@ -154,7 +159,8 @@ class Build:
         def compile_one(of):
             source, object = of[0], overlay / (of[0].replace("/", "_") + ".o")
             path = overlay / source if source in files else source
-            # Without weak symbols an object keeps its own instances of a template: the linker would take serial/'s for all.
+            # Without weak symbols an object keeps its own instances of a template. Otherwise the linker would use
+            # serial/'s for all.
             weak = ["-fno-weak"] if source.startswith("openmp/") and any(f.startswith("common/") for f in files) else []
             self.run_tool(id, [*self.compile, "-O1", "-w", *weak, f"-I{overlay}", "-I.", f"-I{self.folder}", "-c", path, "-o", object])
             return object
@@ -169,14 +175,14 @@ class Build:
             raise Error(f"{id} does not compile: {shlex.join(map(str, command))}\n{done.stderr[-3000:]}")
 
     def clear(self, id):
-        """Leaves the changed source and what was said of it; programs and objects are large."""
+        """Removes the program and the objects, which are large. The changed source, report and log stay."""
         for path in (self.work / id).glob("*.o"):
             path.unlink()
         (self.work / id / "lockstep").unlink(missing_ok=True)
 
 
 def run(program, selection, tsan, seconds, name="verify"):
-    """Runs a program: what is wrong with it, "" if nothing. What it says stays beside it, under that name."""
+    """Runs a program. Returns what is wrong, "" if nothing. Its report and log stay beside it, under `name`."""
     report, log = program.parent / f"{name}.json", program.parent / f"{name}.log"
     environment = dict(os.environ)
     if tsan:
@@ -209,7 +215,7 @@ def run(program, selection, tsan, seconds, name="verify"):
 
 
 def columns(mutants):
-    """A function that prints a row, columns as wide as these mutants want."""
+    """A function that prints a row, with column widths for these mutants."""
     kernel, name, where = (max(map(len, column)) for column in zip(*((m.kernel, m.name, m.where) for m in mutants)))
     return lambda *row: print(f"{row[0]:<{kernel}}  {row[1]:<{name}}  {row[2]:<{where}}  {row[3]:<100.100}  {row[4]:>7}", flush=True)
 
@@ -219,9 +225,9 @@ def main():
     options.add_argument("--kernel", help="only the mutants of this kernel, or of all of a domain: fluid/densities, fluid")
     options.add_argument("--some", type=int, metavar="N", help="only N, others every day, so that all have their turn")
     options.add_argument("--build", default="build/avx512", help="the folder of the normal build, made before")
-    options.add_argument("--tsan-build", default="build/tsan", help="that of the thread sanitizer's")
+    options.add_argument("--tsan-build", default="build/tsan", help="the folder of the thread sanitizer's build")
     for words in ("compile", "link", "libs", "tsan-compile", "tsan-link", "tsan-make"):
-        options.add_argument(f"--{words}", default="", help="what the Makefile has for it")
+        options.add_argument(f"--{words}", default="", help="the Makefile's command or flags")
     options = options.parse_args()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     jobs = len(os.sched_getaffinity(0))
@@ -243,7 +249,7 @@ def main():
             raise Error(f"{options.tsan_make} failed")
         builds[True] = Build(options.tsan_build, options.tsan_compile, options.tsan_link, options.libs)
 
-    # The unchanged program, with the same files made in the same way, must pass what the mutants are to fail.
+    # The unchanged program, with the same files compiled in the same way, must pass every selection.
     usual = {}  # seconds of each selection
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         for tsan, build in builds.items():

@@ -1,9 +1,11 @@
-// The racy twin of openmp/: its kernels' loops over the same building blocks, each with one mistake planted, which thread
-// sanitizer must flag. `make tsan` runs it; a sanitizer that misses these proves nothing by its silence on the others.
+// The racy twin of openmp/: loops of its kernels over the same building blocks, each with one planted mistake, which
+// the thread sanitizer must flag. `make tsan` runs it. A sanitizer that misses these mistakes proves nothing about the
+// kernels.
 //
-// usage: racy MISTAKE, from the top of the repository; it ends with exit code 0 where nothing flags it. Without an argument it
-// lists the mistakes and their scenes: the clump, where every particle is in one cell and any two threads meet in it; the dam
-// break, where threads meet at the borders of their shares alone; and a flag with rows for several bands a thread count.
+// Usage: racy MISTAKE, from the root of the repository. The exit code is 0 if nothing flags the mistake. Without an
+// argument it lists the mistakes and their scenes: the clump, with all particles in one cell, where any two threads
+// meet; the dam break, where threads meet only at the borders of their shares; and a flag with rows for several bands
+// at each thread count.
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
@@ -35,7 +37,7 @@ int cell_of(const Grid<float>& grid, const Vectors<float>& p, int i) {
   return grid.cell(cell_coordinate(grid.x, p.x[i]), cell_coordinate(grid.y, p.y[i]), cell_coordinate(grid.z, p.z[i]));
 }
 
-// Particles pushed on per-cell lists: no lock.
+// Particles are pushed on lists of cells without a lock.
 void list_without_lock(Fluid<float>& fluid) {
   std::vector<int> head(fluid.grid.cells(), -1), next(fluid.particles.count);
 #pragma omp parallel for schedule(static)
@@ -46,7 +48,7 @@ void list_without_lock(Fluid<float>& fluid) {
   }
 }
 
-// The same under the wrong lock: the particle's, not its cell's.
+// The same under the wrong lock: the particle's instead of its cell's.
 void list_under_wrong_lock(Fluid<float>& fluid) {
   std::vector<int> head(fluid.grid.cells(), -1), next(fluid.particles.count);
   Locks locks(fluid.particles.count);
@@ -59,13 +61,14 @@ void list_under_wrong_lock(Fluid<float>& fluid) {
   }
 }
 
-// Each thread's counts, then their sums over threads: no barrier in between.
+// Each thread counts, then sums over threads are taken, with no barrier in between.
 void sort_without_barrier(Fluid<float>& fluid) {
   std::vector<std::vector<int>> counts(omp_get_max_threads(), std::vector<int>(fluid.grid.cells()));
 #pragma omp parallel
   {
     const Share mine = my_share(fluid.particles.count), cells = my_share(fluid.grid.cells());
-    for (int i = mine.begin; i < mine.end; ++i) ++counts[omp_get_thread_num()][cell_of(fluid.grid, fluid.particles.position, i)];
+    for (int i = mine.begin; i < mine.end; ++i)
+      ++counts[omp_get_thread_num()][cell_of(fluid.grid, fluid.particles.position, i)];
     for (int cell = cells.begin; cell < cells.end; ++cell) {
       int sum = 0;
       for (int thread = 0; thread < omp_get_num_threads(); ++thread) sum += counts[thread][cell];
@@ -74,7 +77,7 @@ void sort_without_barrier(Fluid<float>& fluid) {
   }
 }
 
-// Pairs counted at both of their particles, in sub-grids: the cells at their borders without locks.
+// Pairs in sub-grids are counted at both particles, without locks for the cells at the borders.
 void pairs_without_lock(Fluid<float>& fluid) {
   serial::rebuild_grid(fluid.grid, fluid.particles, fluid.sorted);
   const SubGrids sub_grids = make_sub_grids(fluid.grid, omp_get_max_threads());
@@ -96,18 +99,18 @@ void pairs_without_lock(Fluid<float>& fluid) {
         }
 }
 
-// What lies in each cell, copied to one side: one buffer for all threads.
+// The contents of each cell are copied to one buffer that all threads share.
 void buffer_shared(Fluid<float>& fluid) {
   serial::rebuild_grid(fluid.grid, fluid.particles, fluid.sorted);
   Array<float> buffer(padded(fluid.particles.count));
-  // Not dynamic: one thread might take every cell before the other wakes up, and then there is no race to see.
+  // Not dynamic: one thread might take every cell before the other wakes up, and then no race happens.
 #pragma omp parallel for schedule(static)
   for (int cell = 0; cell < fluid.grid.cells(); ++cell)
     for (int i = fluid.grid.cell_begin[cell]; i < fluid.grid.cell_begin[cell + 1]; ++i)
       buffer[i - fluid.grid.cell_begin[cell]] = fluid.particles.position.x[i];
 }
 
-// Numbers set by one loop and scaled by the next, in other shares: `nowait` between them.
+// One loop sets numbers and the next scales them, in other shares, with `nowait` between the loops.
 void loops_without_barrier(Fluid<float>& fluid) {
   Array<float> density(padded(fluid.particles.count));
 #pragma omp parallel
@@ -119,14 +122,15 @@ void loops_without_barrier(Fluid<float>& fluid) {
   }
 }
 
-// --- Cloth. Constraints along a row stay in it, so the sweeps go without them.
+// --- Cloth. Constraints along a row stay within it, so these sweeps omit them.
 
 using cloth::Cloth;
 using cloth::openmp::Units;
 
 void enforce(Cloth<float>& cloth, int a, int b, float rest_2) {
   Vectors<float>& p = cloth.position;
-  cloth::Point<float> pa = {p.x[a], p.y[a], p.z[a], cloth.inverse_mass[a]}, pb = {p.x[b], p.y[b], p.z[b], cloth.inverse_mass[b]};
+  cloth::Point<float> pa = {p.x[a], p.y[a], p.z[a], cloth.inverse_mass[a]},
+                      pb = {p.x[b], p.y[b], p.z[b], cloth.inverse_mass[b]};
   cloth::project(pa, pb, rest_2);
   if (pa.w > 0) p.x[a] = pa.x, p.y[a] = pa.y, p.z[a] = pa.z;
   if (pb.w > 0) p.x[b] = pb.x, p.y[b] = pb.y, p.z[b] = pb.z;
@@ -138,7 +142,7 @@ void enforce_row(Cloth<float>& cloth, const cloth::Family<float>& family, int ro
     enforce(cloth, sheet.index(row, c), sheet.index(row + family.down, c + family.right), family.rest_2);
 }
 
-// Bands of the sheet, then the seams between them: no barrier in between.
+// Bands of the sheet, then the seams between them, with no barrier in between.
 void seams_without_barrier(Cloth<float>& cloth) {
   Units units;
   const int passes = 2 * static_cast<int>(cloth.families.size());
@@ -146,7 +150,8 @@ void seams_without_barrier(Cloth<float>& cloth) {
     if (const int down = cloth.families[pass / 2].down; down > 0)
       for (int r = 0; r + down < cloth.sheet.rows; ++r)
         if (r / down % 2 == pass % 2) units.push_back({pass, r, r + down + 1, down});
-  const cloth::openmp::Bands shared = cloth::openmp::cut_into_bands(units, cloth.sheet.rows, passes, omp_get_max_threads());
+  const cloth::openmp::Bands shared =
+      cloth::openmp::cut_into_bands(units, cloth.sheet.rows, passes, omp_get_max_threads());
   const int bands = static_cast<int>(shared.bands.size());
 #pragma omp parallel
   {
@@ -159,7 +164,7 @@ void seams_without_barrier(Cloth<float>& cloth) {
   }
 }
 
-// Bands by stages, those of one stage two apart: no barrier between stages.
+// Bands by stages, two apart within a stage, with no barrier between stages.
 void stages_without_barrier(Cloth<float>& cloth) {
   constexpr int iterations = 2;
   Units units;
@@ -178,14 +183,21 @@ void stages_without_barrier(Cloth<float>& cloth) {
   }
 }
 
-// Contacts of bodies next to one another in a ring, all in one batch: each body is in two of them.
+// Contacts of neighbouring bodies in a ring, all in one batch, although each body is in two contacts.
 void batch_sharing_bodies(rigid::World<float>& world) {
   const int n = world.bodies.count;
   Array<rigid::Manifold<float>> manifolds(n);
   Batches batches{{}, {0, n}};
   std::vector<std::int32_t> body(n);
   for (int i = 0; i < n; ++i) {
-    manifolds[i] = {.normal = {1, 0, 0}, .count = 1, .a = i, .b = (i + 1) % n, .unused = {}, .point = {}, .feature = {}, .more_unused = {}};
+    manifolds[i] = {.normal = {1, 0, 0},
+                    .count = 1,
+                    .a = i,
+                    .b = (i + 1) % n,
+                    .unused = {},
+                    .point = {},
+                    .feature = {},
+                    .more_unused = {}};
     manifolds[i].point[0] = {world.bodies.pose[i].position, 0};
     batches.order.push_back(i);
     body[i] = i;
@@ -198,13 +210,16 @@ void batch_sharing_bodies(rigid::World<float>& world) {
   rigid::openmp::contact_solver_batches(settings, contacts, body, batches, world.bodies, std::span(impulses), moving);
 }
 
-rigid::World<float> load_rigid(const std::string& scene) { return rigid::load_scene("scenes/rigid/" + scene + ".toml").world; }
+rigid::World<float> load_rigid(const std::string& scene) {
+  return rigid::load_scene("scenes/rigid/" + scene + ".toml").world;
+}
 
-// Two batches taken for one: each of its particles in two constraints.
+// Two batches are run as one, so each particle is in two constraints.
 void batches_sharing_particles(Cloth<float>& cloth) {
   const cloth::Constraints<float>& list = cloth.batched;
 #pragma omp parallel for schedule(static)
-  for (int k = cloth.batch_begin[0]; k < cloth.batch_begin[2]; ++k) enforce(cloth, list.a[k], list.b[k], list.rest_2[k]);
+  for (int k = cloth.batch_begin[0]; k < cloth.batch_begin[2]; ++k)
+    enforce(cloth, list.a[k], list.b[k], list.rest_2[k]);
 }
 
 template <class State>
@@ -212,14 +227,18 @@ struct Mistake {
   const char *name, *scene;
   void (*make)(State&);
 };
-constexpr Mistake<Fluid<float>> fluid_mistakes[] = {
-    {"list_without_lock", "clump", list_without_lock},       {"list_under_wrong_lock", "clump", list_under_wrong_lock},
-    {"sort_without_barrier", "clump", sort_without_barrier}, {"pairs_without_lock", "dam_break_5k", pairs_without_lock},
-    {"buffer_shared", "dam_break_5k", buffer_shared},        {"loops_without_barrier", "dam_break_5k", loops_without_barrier}};
-constexpr Mistake<Cloth<float>> cloth_mistakes[] = {{"seams_without_barrier", "flag_128", seams_without_barrier},
-                                                    {"stages_without_barrier", "flag_128", stages_without_barrier},
-                                                    {"batches_sharing_particles", "flag_128", batches_sharing_particles}};
-constexpr Mistake<rigid::World<float>> rigid_mistakes[] = {{"batch_sharing_bodies", "pyramid_15", batch_sharing_bodies}};
+constexpr Mistake<Fluid<float>> fluid_mistakes[] = {{"list_without_lock", "clump", list_without_lock},
+                                                    {"list_under_wrong_lock", "clump", list_under_wrong_lock},
+                                                    {"sort_without_barrier", "clump", sort_without_barrier},
+                                                    {"pairs_without_lock", "dam_break_5k", pairs_without_lock},
+                                                    {"buffer_shared", "dam_break_5k", buffer_shared},
+                                                    {"loops_without_barrier", "dam_break_5k", loops_without_barrier}};
+constexpr Mistake<Cloth<float>> cloth_mistakes[] = {
+    {"seams_without_barrier", "flag_128", seams_without_barrier},
+    {"stages_without_barrier", "flag_128", stages_without_barrier},
+    {"batches_sharing_particles", "flag_128", batches_sharing_particles}};
+constexpr Mistake<rigid::World<float>> rigid_mistakes[] = {
+    {"batch_sharing_bodies", "pyramid_15", batch_sharing_bodies}};
 
 Fluid<float> load_fluid(const std::string& name) {
   Scene scene = load_scene("scenes/fluid/" + name + ".toml");
@@ -230,7 +249,7 @@ Cloth<float> load_cloth(const std::string& name) {
   return cloth::convert<float>(cloth::load_scene("scenes/cloth/" + name + ".toml").cloth);
 }
 
-// Makes the mistake of this name, or lists all where there is none. Returns whether there was such a mistake.
+// Runs the mistake of this name, or lists all mistakes if the name is empty. Returns whether the mistake exists.
 template <class Mistakes, class Load>
 bool make_or_list(const Mistakes& mistakes, const char* name, Load load) {
   for (const auto& mistake : mistakes) {
