@@ -1,6 +1,6 @@
-# Every command a researcher types; `make help` lists them.
+# All commands of the project; `make help` lists them.
 
-# The instruction set that lanes are built for: the best this machine has unless told otherwise.
+# The instruction set of the lanes: by default the best of this machine.
 ISA ?= $(shell grep -qw avx512vl /proc/cpuinfo && echo avx512 || (grep -qw avx2 /proc/cpuinfo && echo avx2) || echo portable)
 isa_avx512   := -march=x86-64-v4 -DLOCKSTEP_ISA_AVX512
 isa_avx2     := -march=x86-64-v3 -DLOCKSTEP_ISA_AVX2
@@ -8,19 +8,21 @@ isa_portable := -DLOCKSTEP_ISA_PORTABLE
 $(if $(isa_$(ISA)),,$(error ISA=$(ISA): expected avx512, avx2 or portable))
 
 CXX   = g++
-# errno is not looked at: without the flag, sqrt keeps loops from becoming lanes. Values do not change.
+# -fno-math-errno: no code reads errno after math functions. Without the flag, sqrt prevents vectorization. Values do not
+# change.
 FLAGS = -std=c++20 -O3 $(isa_$(ISA)) -ffp-contract=off -fno-math-errno -fopenmp -Wall -Wextra
 LIBS  = -lqhull_r
 # Calls to OpenMP's runtime that the linker sends through verify/record_wraps.cpp.
-WRAPPED = GOMP_parallel GOMP_parallel_sections GOMP_parallel_loop_nonmonotonic_dynamic GOMP_barrier GOMP_loop_nonmonotonic_dynamic_start \
-  GOMP_loop_nonmonotonic_dynamic_next GOMP_loop_ull_nonmonotonic_dynamic_start GOMP_loop_ull_nonmonotonic_dynamic_next GOMP_loop_end GOMP_loop_end_nowait \
-  GOMP_sections_next GOMP_sections_end_nowait GOMP_single_start omp_get_thread_num omp_get_num_threads omp_get_max_threads omp_set_lock omp_unset_lock
+WRAPPED = GOMP_parallel GOMP_parallel_sections GOMP_parallel_loop_nonmonotonic_dynamic GOMP_barrier \
+  GOMP_loop_nonmonotonic_dynamic_start GOMP_loop_nonmonotonic_dynamic_next GOMP_loop_ull_nonmonotonic_dynamic_start \
+  GOMP_loop_ull_nonmonotonic_dynamic_next GOMP_loop_end GOMP_loop_end_nowait GOMP_sections_next GOMP_sections_end_nowait \
+  GOMP_single_start omp_get_thread_num omp_get_num_threads omp_get_max_threads omp_set_lock omp_unset_lock
 WRAPS = $(WRAPPED:%=-Wl,--wrap=%)
 LINK  = $(CXX) $(FLAGS) $(WRAPS)
 PYTHON = /usr/bin/python3
 DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libqhull-dev libeigen3-dev libsuitesparse-dev libccd-dev libgtest-dev python3-matplotlib clang-14 libomp-14-dev libclang-rt-14-dev
 
-# Where objects go: a folder for each way to build.
+# The folder of objects; each configuration has its own.
 BUILD := build/$(ISA)
 
 # Every file of serial/ is compiled twice: in float, and in double for the truth.
@@ -59,14 +61,14 @@ figures: build/lockstep  ## redraw the papers' figures into build/figures/: inde
 	build/lockstep figures $(quick) --out build/figures
 	$(PYTHON) notes/figures/draw.py build/figures
 
-run: build/lockstep  ## simulate SCENE=scenes/cloth/flag_33.toml and write frames for ParaView (OUT=build/frames FRAMES= VARIANT= THREADS= RESUME=1)
+run: build/lockstep  ## simulate SCENE=a.toml, write frames for ParaView (OUT=build/frames FRAMES= VARIANT= THREADS= RESUME=1)
 	build/lockstep run --scene $(or $(SCENE),$(error SCENE= says which scene to run)) --out $(or $(OUT),build/frames) \
 	  $(if $(RESUME),--resume) $(if $(VARIANT),--variant $(VARIANT)) $(if $(THREADS),--threads $(THREADS)) $(if $(FRAMES),--frames $(FRAMES))
 
 diff:  ## show serial and openmp side by side: KERNEL=fluid/densities
 	@diff --side-by-side --width=$(or $(WIDTH),200) --expand-tabs serial/$(or $(KERNEL),$(error KERNEL= says which file)).cpp openmp/$(KERNEL).cpp || true
 
-mutants: build/lockstep  ## plant known mistakes, one at a time: verify or the thread sanitizer must catch each (KERNEL= SOME=12: the day's)
+mutants: build/lockstep  ## plant known mistakes one by one: verify or the sanitizer must catch each (KERNEL=, SOME=12 a day)
 	$(PYTHON) -B tests/mutants/mutants.py --build $(BUILD) --compile='$(CXX) $(FLAGS)' --link='$(LINK)' --libs='$(LIBS)' \
 	  --tsan-compile='clang++-14 $(tsan_flags)' --tsan-link='clang++-14 $(tsan_flags) $(WRAPS)' --tsan-make='$(MAKE) tsan-build' \
 	  $(if $(KERNEL),--kernel $(KERNEL)) $(if $(SOME),--some $(SOME))
@@ -77,13 +79,13 @@ tsan-build:
 build/tsan/racy: $(kernel) $(BUILD)/tests/tsan/racy.o
 	$(CXX) $(FLAGS) $^ $(LIBS) -o $@
 
-tsan: tsan-build  ## every parallel kernel under clang's thread sanitizer, and a racy twin that it must flag (KERNEL= QUICK=1)
+tsan: tsan-build  ## run every kernel under clang's thread sanitizer, and a racy twin that it must flag (KERNEL= QUICK=1)
 	QUICK=$(QUICK) verify/tsan.sh $(KERNEL)
 
-sanitize:  ## the tests under the address and undefined-behaviour sanitizers
+sanitize:  ## run the tests under the address and undefined-behaviour sanitizers
 	$(MAKE) test BUILD=build/sanitize-$(ISA) FLAGS='-std=c++20 -O1 -g1 $(isa_$(ISA)) -ffp-contract=off -fno-math-errno -fopenmp -fsanitize=address,undefined -fno-sanitize-recover=undefined'
 
-determinism: build/lockstep  ## the same bits at 1, 2, 3, 4 and 8 threads, three times over, each with another OMP_SCHEDULE (SCENE=, and with it KERNEL=)
+determinism: build/lockstep  ## expect the same bits at 1, 2, 3, 4, 8 threads, with three values of OMP_SCHEDULE (SCENE=, and KERNEL=)
 	rm -f build/determinism_*.json
 	for schedule in static,1 dynamic,1 guided; do for scene in $(or $(SCENE),$$(build/lockstep list --json | $(PYTHON) -c $(determinism_scenes))); do \
 	  OMP_SCHEDULE=$$schedule build/lockstep verify --threads 1,2,3,4,8 $(if $(KERNEL),--kernel $(KERNEL)) --scene $$scene \
@@ -92,29 +94,29 @@ determinism: build/lockstep  ## the same bits at 1, 2, 3, 4 and 8 threads, three
 
 determinism_scenes = 'import json, sys; print(*[scene for domain in json.load(sys.stdin)["domains"] for scene in domain["determinism"]])'
 
-portable: build/lockstep  ## verify with AVX2, without the machine's lanes, and built by clang: the same bits as here
+portable: build/lockstep  ## verify with AVX2, with portable lanes, and built by clang: expect the same bits as here
 	build/lockstep verify --threads 1,2 --json build/portable_here.json
 	$(call verify_elsewhere,avx2,avx2,g++)
 	$(call verify_elsewhere,portable,portable,g++)
 	$(call verify_elsewhere,clang,$(ISA),clang++-14)
 	$(PYTHON) verify/same_bits.py --bitwise build/portable_*.json
-# Folder, lanes, compiler.
+# $(call verify_elsewhere,folder,lanes,compiler)
 define verify_elsewhere
 +$(MAKE) build/$(1)/lockstep BUILD=build/$(1) ISA=$(2) CXX=$(3)
 build/$(1)/lockstep verify --threads 1,2 --json build/portable_$(1).json
 endef
 
-fuzz:  ## the readers of scenes, .fluid and OBJ under libFuzzer and sanitizers, SECONDS=600 each, one a core (TARGET=rigid)
+fuzz:  ## fuzz the readers of scenes, .fluid and OBJ under sanitizers, SECONDS=600 each, one a core (TARGET=rigid)
 	$(MAKE) build/fuzz/loaders_fuzz BUILD=build/fuzz ISA=portable CXX=clang++-14 \
 	  FLAGS='-std=c++20 -O1 -g1 $(isa_portable) -ffp-contract=off -fno-math-errno -fopenmp -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=undefined -Wall -Wextra'
 	tests/fuzz/fuzz.sh $(or $(SECONDS),600) $(TARGET)
 build/fuzz/loaders_fuzz: $(kernel) $(filter-out $(BUILD)/verify/main.o,$(verify)) $(BUILD)/tests/fuzz/loaders_fuzz.o
 	$(CXX) $(FLAGS) $(WRAPS) $^ $(LIBS) -o $@
 
-endure: build/lockstep  ## run the scenes that move for 20,000 steps: nothing breaks, gets lost, or grows (SCENE=scenes/cloth/tiny.toml STEPS=)
+endure: build/lockstep  ## run moving scenes for 20,000 steps: values stay valid, memory does not grow (SCENE=a.toml STEPS=)
 	GLIBC_TUNABLES=glibc.malloc.tcache_count=0:glibc.malloc.hugetlb=1 build/lockstep endure $(if $(SCENE),--scene $(SCENE)) $(if $(STEPS),--steps $(STEPS)) --json build/endure.json
 
-extremes: build/lockstep  ## one particle, no body, a million, 512^3 points, more than memory holds: runs, or is refused before it allocates
+extremes: build/lockstep  ## run the smallest and largest scenes; what exceeds memory must be refused before it allocates
 	$(PYTHON) tests/extremes.py
 
 clean:  ## remove what was built
@@ -126,7 +128,7 @@ help:  ## list these commands
 quick = $(if $(QUICK),--quick)
 selection = $(if $(KERNEL),--kernel $(KERNEL)) $(if $(FORM),--form $(FORM)) $(if $(SCENE),--scene $(SCENE)) $(if $(THREADS),--threads $(THREADS))
 
-# build/lockstep is the program built last; it is relinked when ISA changes.
+# build/lockstep links to the program that was built last. It changes with ISA.
 ifneq ($(shell readlink build/lockstep),$(BUILD:build/%=%)/lockstep)
 .PHONY: build/lockstep
 endif
@@ -147,7 +149,7 @@ $(BUILD)/%.double.o: %.cpp Makefile
 $(BUILD)/%.o: %.cpp Makefile
 	$(compile) -c $< -o $@
 
-# What the program was built from, for its reports; written anew only when it changes.
+# The commit and flags of the build, for reports. The file is rewritten only when they change.
 $(BUILD)/verify/report.o: $(BUILD)/commit.h
 $(BUILD)/commit.h: FORCE
 	@mkdir -p $(@D)

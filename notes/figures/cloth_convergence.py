@@ -11,13 +11,14 @@ PAPER_FIGURE = "[LRB08], on Figure 11"
 PAPER = "Passes that can run in parallel converge never more than two times slower than the original order. The paper gives no curves."
 BOUND = 2
 SERIES = {"original": 3, "chains": 0, "colours": 1, "batches": 2}
-MOVING = ["flag_33", "sheet_on_sphere", "rope"]  # the others are a sheet at rest, pulled once
+MOVING = ["flag_33", "sheet_on_sphere", "rope"]  # the other scene is a sheet at rest, pulled once
 
 
 def needed(curve, residual):
-    """How many iterations a curve of rows takes to a residual, whether it may be fewer, and the rows that say so.
+    """The iterations that a curve of rows needs to reach a residual, whether this is an upper bound, and the rows used.
 
-    Read on logarithmic axes between the two rows around the residual; where the first row is below it, that row's iterations at most.
+    Interpolated on logarithmic axes between the two rows around the residual. If the first row is already below it, the
+    first row's iterations are an upper bound.
     """
     if curve[0]["residual"] < residual:
         return curve[0]["iterations"], True, curve[:1]
@@ -46,7 +47,7 @@ def table(data):
 
 
 def worst(rows):
-    """By scene and order: the row with the most iterations relative to the original order."""
+    """By scene and order, the row with the most iterations relative to the original order."""
     found = {}
     for r in rows:
         if "times_the_original" in r:
@@ -76,11 +77,11 @@ def in_short(rows):
 def here(rows):
     slower = [r for r in worst(rows).values() if r["times_the_original"] > BOUND]
     paragraphs = [
-        "Above: the root mean square of the constraints' strain. flag_33, sheet_on_sphere and rope: what n iterations a substep leave of "
-        "it, on average, in a moving cloth. pulled_edge: what n iterations leave, once, of a sheet whose edge was pulled 10 %. Below: how "
-        "many iterations an order takes over how many the original order takes to the same residual, read between its points. Arrows: the "
-        "original order is below that residual at its first point already, so the ratio is at least this. Where an order gets below the "
-        "last point of the original one, there is no ratio."
+        "Above: the residual, which is the root mean square of the constraints' strain. flag_33, sheet_on_sphere and rope: its "
+        "average in a moving cloth with n iterations a substep. pulled_edge: after n iterations of one relaxation, from a sheet with "
+        "an edge pulled by 10 %. Below: the iterations of an order divided by those of the original order at the same residual, "
+        "interpolated between its points. An arrow means that the first point of the original order is already below that "
+        "residual, so the ratio is a lower bound. There is no ratio where an order gets below the last point of the original one."
     ]
     if not slower:
         return [*paragraphs, f"The paper's bound of {BOUND} holds in all."]

@@ -7,7 +7,7 @@ TITLE = "Contact solver: contacts reordered into batches"
 PAPER_FIGURE = "[ITJ07] Figure 5"
 PAPER = (
     "With contacts in their original order the solver is at most 4 times faster on 64 cores than serial; reordered into batches without "
-    "conflicts, 35 times, with the time to reorder. Simulated; no lanes are spoken of."
+    "conflicts, 35 times, with the time to reorder. Simulated; the paper does not mention lanes."
 )
 PAPER_AT_64 = {"original": 4, "batches": 35}
 SERIES = {"original": 1, "batches": 0}
@@ -61,10 +61,10 @@ def in_short(rows):
 def here(rows):
     most = source.most_cores(rows)
     paragraphs = [
-        "Settled scenes, ten substeps. Above: speed-up over the scalar serial solver in the original order, which lanes and threads share "
-        "in; this is the paper's measure. Middle: over the same code on one core, threads alone. The original order runs in parallel as "
-        "far as dependences let it, and keeps its bits; batches include the time to make them. Below: contacts in each batch; a vector "
-        "holds sixteen. Of repeats the least disturbed."
+        "Settled scenes, ten substeps. Above: speed-up over the scalar serial solver in the original order, by lanes and threads "
+        "together; this is the paper's measure. Middle: speed-up over the same code on one core, by threads alone. The original "
+        "order runs in parallel as far as its dependences allow, and keeps its bits. Batches include the time to make them. Below: "
+        "contacts in each batch; a vector holds sixteen. Times are the least disturbed of the repeats."
     ]
     for scene in scenes_of(rows):
         batches = source.at(rows, scene=scene, form="batches", kind="modelled", cores=most)

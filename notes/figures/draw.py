@@ -1,13 +1,13 @@
 """Draws every figure, and an index page: draw.py FOLDER, where `make figures` left the JSON.
 
 A figure is a module beside this one, named in FIGURES, with
-    TITLE, PAPER_FIGURE, PAPER   what the paper shows, and where
-    table(data)                  the rows behind the figure, from the JSON; each says under "from" which JSON rows it was computed from
-    draw(rows)                   a matplotlib figure of them
-    here(rows)                   a list of paragraphs: what is seen here, and why a paper's claim is not reached where it is not
-    in_short(rows)               its row of the index: paper, measured, modelled, scene
-    details(rows)                where there is one: HTML to stand below the figure
-FOLDER gets NAME.csv and NAME.svg of each and index.html, which holds all figures itself.
+    TITLE, PAPER_FIGURE, PAPER   the paper's figure and its content
+    table(data)                  the rows of the figure, computed from the JSON; "from" names the JSON rows behind each
+    draw(rows)                   a matplotlib figure of the rows
+    here(rows)                   paragraphs: what our figure shows, and why where a claim of the paper is not reached
+    in_short(rows)               the figure's row of the index: paper, measured, modelled, scene
+    details(rows)                optional: HTML below the figure
+FOLDER gets NAME.csv and NAME.svg of each figure, and index.html, which contains all figures.
 """
 
 import base64
@@ -68,7 +68,7 @@ def files_behind(rows):
 
 
 def told(data, names, what):
-    """What the machines of these reports say of one thing; more than one where they differ."""
+    """One property of the reports' machines; several values if they differ."""
     return ", ".join(dict.fromkeys(what(data[name]) for name in names))
 
 
@@ -108,7 +108,7 @@ def section(data, name, figure, rows, svg):
 
 
 def facts_of(machine):
-    """What a report says of its machine, flat and as text."""
+    """The properties of a report's machine, flattened, as text."""
     facts = {what: str(value) for what, value in machine.items() if what not in ("omp", "costs", "peaks")}
     facts |= {f"OpenMP: {what}": str(value) for what, value in machine["omp"].items()}
     facts |= {f"cost: {what}": page.number(value) for what, value in machine.get("costs", {}).items()}
@@ -119,7 +119,7 @@ def facts_of(machine):
 
 
 def machine_section(data):
-    """First what all reports agree on, then what each found; reports that found the same share a column."""
+    """First the properties that all reports share, then the others; reports with equal values share a column."""
     facts = {name: facts_of(report["machine"]) for name, report in data.items()}
     every = dict.fromkeys(what for found in facts.values() for what in found)
     agreed = [what for what in every if len({found.get(what) for found in facts.values()}) == 1]
@@ -152,9 +152,9 @@ def main(folder):
         f"<style>{STYLE}</style></head><body>\n<h1>Lockstep: the papers' figures</h1>\n"
         "<p>[ITJ07]: <i>High-Performance Physical Simulations on Next-Generation Architecture with Many Cores</i>, Intel Technology "
         "Journal 11(3), 2007. [LRB08]: <i>Game Physics Performance on the Larrabee Architecture</i>, 2008. Their speed-ups come "
-        "from a simulator. Here <b>measured</b> is what this machine took, with filled markers, solid lines and, where the repeats were "
-        "kept, bars as long as their interquartile range; <b>modelled</b> is what the scaling model (notes/scaling.md) says of more cores, "
-        "with hollow markers and dashed lines. Each row of a figure's CSV names the rows of the JSON that it was computed from.</p>\n"
+        "from a simulator. Here <b>measured</b> values are times on this machine: filled markers, solid lines and, where the repeats "
+        "are in the report, bars of their interquartile range. <b>Modelled</b> values come from the scaling model (notes/scaling.md): "
+        "hollow markers and dashed lines. Each row of a figure's CSV names the rows of the JSON that it was computed from.</p>\n"
         f"<p><b>The model at 2 threads:</b> {html.escape(validation.summary(tables['model_validation'], 2))}; "
         "<a href='#model_validation'>every run</a>. <a href='#machine'>The machine and its costs</a>.</p>\n"
         f"{index_table(data, tables, figures)}{''.join(sections)}{machine_section(data)}</body></html>\n"

@@ -8,7 +8,7 @@ TITLE = "Time a frame, by application"
 PAPER_FIGURE = "[ITJ07] Parallelization Methodology"
 PAPER = (
     "Serial seconds a frame on a 4-way 3.0 GHz Xeon: production fluid 188, face 14, production cloth 5; game rigid body 1, game fluid "
-    "0.4, game cloth 0.1, on scenes of high complexity whose sizes are not told. 30 frames a second would be wanted."
+    "0.4, game cloth 0.1, on scenes of high complexity; their sizes are not given. The target is 30 frames a second."
 )
 PRODUCTION_MS = {"production fluid": 188e3, "production face": 14e3, "production cloth": 5e3}
 GAMES = [

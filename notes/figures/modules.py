@@ -7,8 +7,8 @@ import style
 TITLE = "The modules of game physics: lanes and threads"
 PAPER_FIGURE = "[LRB08] Figure 7"
 PAPER = "How each of nine modules takes to SIMD and to threads, in words (columns 'paper' of the table below). It gives no numbers."
-# Domain, module, the paper's words on SIMD and on threads, and what stands for it here: kernel, form, scenes (the first that was run).
-# The paper's one module of forces is two kernels here.
+# Domain, module, the paper's words on SIMD and on threads, and our counterpart: kernel, form, scenes (the first with
+# results). The paper's one module of forces is two kernels here.
 PLAIN_LANES, PLAIN_THREADS, FINE = "straightforward, vector instructions", "straightforward", "fine-grain synchronization"
 RESTRUCTURED = "algorithm restructured"
 FORCES = ("SIMD-friendly implementation, vector instructions", "coarse-grain synchronization")

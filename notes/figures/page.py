@@ -4,7 +4,7 @@ import html
 
 
 def link(target, text):
-    """A cell that table() takes as it is."""
+    """A cell for table() that holds a link."""
     return (f"<a href='{target}'>{html.escape(text)}</a>",)
 
 
@@ -19,7 +19,7 @@ def table(header, rows, marked=()):
 
 
 def number(value, unit=""):
-    """Three digits, a dash for what is not known."""
+    """Three digits; a dash for None."""
     if value is None:
         return "–"
     return (f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}") + (f" {unit}" if unit else "")

@@ -1,4 +1,4 @@
-"""Every kernel against what the machine can compute and move."""
+"""Every kernel against the machine's peaks of computation and memory."""
 
 import math
 
@@ -20,7 +20,7 @@ def table(data):
         if r["flops"] > 0 and r["bytes"] > 0:
             named |= {"flops_per_byte": r["flops"] / r["bytes"], "gflop_per_s": 1e-6 * r["flops"] / r["ms"], "spread": r["spread"]}
         rows.append(named)
-    # A kernel and form has one scene here, the one that moves the most bytes; they are numbered.
+    # Each kernel and form has one scene here, the one that moves the most bytes. Points are numbered.
     largest = {}
     for r in rows:
         key = r["kernel"], r["form"]
@@ -105,7 +105,7 @@ def details(rows):
 
 
 def label(axis, rows, series_of):
-    """Numbers beside the points, each at the first place, right or left and ever higher, where no point and no other number is."""
+    """Numbers the points: right or left of each, at the lowest height that is free of points and other numbers."""
     taken = [(math.log10(r["flops_per_byte"]), math.log10(r["gflop_per_s"])) for r in rows]
     for r, (x, y) in zip(rows, taken[:]):
         places = [(x + side * 0.13, y + 0.02 * step) for step in range(40) for side in (1, -1)]

@@ -10,7 +10,7 @@ PAPER = (
     "nearly linear. Both simulated."
 )
 PAPER_AT_64 = [36, 61]  # [ITJ07]
-# Of the scenes the first that was run: the papers' are large.
+# The first scene with results is used; large ones come first, like the papers'.
 WORKLOADS = [
     ("rigid body step", "rigid/step", "batches", ["castle_hit", "castle", "pyramid_24", "box_pit_4000"]),
     ("sweep and prune", "rigid/sweep_and_prune", "batch", ["boxes_100k", "castle"]),
@@ -49,15 +49,15 @@ def in_short(rows):
 def here(rows):
     most = source.most_cores(rows)
     paragraphs = [
-        "Speed-up of the openmp version over itself on one core, so threads alone: sixteen lanes are in use at every point and leave each "
-        "core less to do between barriers than the papers' cores had. Right: where the cores' time goes."
+        "Speed-up of the openmp version over itself on one core, so by threads alone. All points use sixteen lanes, which leaves "
+        "each core less work between barriers than the papers' cores had. Right: how the cores' time is spent."
     ]
     for r in of_each(rows, "modelled", most):
         use = r["speed_up"] / most
         least = "reached" if r["speed_up"] >= PAPER_AT_64[0] else "not reached"
         half = "reached" if use > 0.5 else "not reached"
         bound = r["compute_speed_up"] > 1.1 * r["speed_up"]
-        unbound = f" Were this machine's memory no bound: {r['compute_speed_up']:.1f}x." if bound else ""
+        unbound = f" Without the bound by memory: {r['compute_speed_up']:.1f}x." if bound else ""
         paragraphs.append(
             f"{r['workload']} ({r['kernel']} {r['form']}, {r['scene']}), {most} cores: {r['speed_up']:.1f}x, "
             f"{100 * use:.0f} % of full use ([ITJ07]'s 36x {least}, [LRB08]'s half {half}); the cores lose: {source.losses(r)}.{unbound}"

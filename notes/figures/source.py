@@ -1,4 +1,5 @@
-"""The JSON behind the figures: read, searched, and named row by row, so that each number of a CSV says where it came from.
+"""The JSON behind the figures: read, searched, and named row by row, so that each number of a CSV says where it came
+from.
 
 A reference is `bench.json#3`, the row 3 of rows (from 0), or `bench.json#machine/peaks/0`, a path from the top.
 """
@@ -7,7 +8,7 @@ import json
 
 NAMES = ["bench", "scale", "cloth_convergence", "levelset_blocks", "levelset_slice", "contact_batches"]
 
-# Where the cores' time goes, as the model's rows name it; what these leave of 1 is time that memory takes.
+# The shares of the cores' time, by the names in the model's rows. The rest of 1 is time bound by memory.
 SHARES = {
     "work": "work",
     "serial": "idle while one core works alone",
@@ -20,7 +21,7 @@ SHARES = {
 
 
 class Missing(Exception):
-    """A file that a figure needs is not there or is no report, or has not the rows."""
+    """A file that a figure needs is missing, is not a report, or lacks rows."""
 
 
 def load(folder):
@@ -75,7 +76,7 @@ def where_time_goes(row):
 
 
 def over_cores(data, kernel, form, scene):
-    """Rows of one kernel over cores: measured by `bench` where the machine has the threads, modelled by `scale` everywhere."""
+    """Rows of one kernel over cores: measured by `bench` at the machine's thread counts, modelled by `scale` at all."""
     measured = sorted(rows_of(data, "bench", kernel=kernel, form=form, scene=scene, variant="openmp"), key=lambda r: r["threads"])
     modelled = sorted(rows_of(data, "scale", kernel=kernel, form=form, scene=scene), key=lambda r: r["cores"])
     rows = []
@@ -95,12 +96,12 @@ def over_cores(data, kernel, form, scene):
 
 
 def spread_of_ratio(a, b):
-    """The spread of a time over another, where both spreads are known: relative errors add as squares."""
+    """The spread of the ratio of two times, if both spreads are known: squares of relative errors add."""
     return (a["spread"] ** 2 + b["spread"] ** 2) ** 0.5 if "spread" in a and "spread" in b else None
 
 
 def at(rows, **wanted):
-    """Of a figure's own rows the one with these values, or None."""
+    """The row of a figure with these values, or None."""
     return next((r for r in rows if all(r.get(column) == value for column, value in wanted.items())), None)
 
 
@@ -110,6 +111,6 @@ def most_cores(rows, limit=64):
 
 
 def losses(row):
-    """In words, where the time goes that is not work: the largest shares first, those below 5 % left out."""
+    """In words, the shares of time that are not work, largest first, without those below 5 %."""
     shares = sorted(((row[share], words) for share, words in SHARES.items() if share != "work" and row[share] >= 0.05), reverse=True)
     return ", ".join(f"{words} {100 * share:.0f} %" for share, words in shares) or "nothing above 5 %"

@@ -1,4 +1,4 @@
-"""A step of the fluid by how threads are kept from each other's particles."""
+"""A step of the fluid, by the way in which forms avoid conflicts between threads."""
 
 import source
 import style

@@ -1,6 +1,8 @@
-"""How all figures look. Measured: filled markers, solid lines, bars for the spread. Modelled: hollow markers, dashed lines.
+"""The style of all figures. Measured: filled markers, solid lines, bars for the spread. Modelled: hollow markers,
+dashed lines.
 
-Colours are Okabe and Ito's, which colour-blind readers can tell apart; markers and hatches tell series apart without colour.
+Colours are Okabe and Ito's, which colour-blind readers can tell apart; markers and hatches tell series apart without
+colour.
 """
 
 import io
@@ -121,7 +123,7 @@ def ideal(axis, cores, share=1):
 
 
 def beside(axis, text, x, y):
-    """At the end of a bar."""
+    """Text at the end of a bar."""
     axis.annotate(text, (x, y), xytext=(4, 0), textcoords="offset points", va="center", fontsize=7.5, path_effects=HALO)
 
 
@@ -130,7 +132,7 @@ def series_key(series, label):
 
 
 def kinds_key():
-    """What tells measured from modelled, for every legend."""
+    """The legend's entries for measured and modelled."""
     return [
         Line2D([], [], color="#555555", marker="o", linestyle="-", label="measured"),
         Line2D([], [], color="#555555", marker="o", linestyle="--", markerfacecolor="white", label="modelled"),
@@ -166,7 +168,7 @@ def svg_of(figure):
 
 
 def stacked_shares(axis, names, rows, shares):
-    """A bar a row, from left to right where the cores' time goes."""
+    """One bar a row, divided into the shares of the cores' time."""
     left = [0] * len(rows)
     for number, (share, words) in enumerate(shares.items()):
         widths = [100 * r[share] for r in rows]
