@@ -184,8 +184,8 @@ TEST_F(Cli, RefusesScenesOfAnotherKind) {
     for (const char* kernel : {"cloth/verlet", "cloth/relax", "cloth/step"})
       expect_refused({command, "--kernel", kernel, "--threads", "1", "--scene", fluid, "--json", path("a.json")},
                      fluid);
-    expect_refused({command, "--kernel", "fluid/forces", "--threads", "1", "--scene", "flag_33"},
-                   "flag_33");  // a name that this kernel does not register
+    // The name of a scene that this kernel does not register.
+    expect_refused({command, "--kernel", "fluid/forces", "--threads", "1", "--scene", "flag_33"}, "flag_33");
   }
 }
 

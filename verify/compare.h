@@ -15,13 +15,13 @@
 
 namespace lockstep::verify {
 
-inline constexpr double unit_roundoff =
-    std::numeric_limits<float>::epsilon() / 2;  // u = 2^-24, the largest relative rounding error of float
+// u = 2^-24, the largest relative rounding error of float.
+inline constexpr double unit_roundoff = std::numeric_limits<float>::epsilon() / 2;
 
 // The name of an element in messages: "particle 12", "cell 3".
 using ElementName = std::function<std::string(std::size_t element)>;
 
-// FNV-1a over the bytes of the values. Two runs with equal hashes left the same bits.
+// FNV-1a over the bytes of the values, to test whether two runs left the same bits.
 template <class T>
 std::uint64_t hash_bytes(std::span<const T> values, std::uint64_t hash = 0xcbf29ce484222325) {
   const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());

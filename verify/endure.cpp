@@ -9,9 +9,9 @@
 //
 // Arrays grow with their contents: a scene in which more and more bodies touch needs more memory without a leak. So the
 // first and the last twentieth of the steps are repeated from the state that they began with. Repeating the same steps
-// needs no new capacity, so growth of a byte a step or more is a leak. Chance decides which thread finds what, and so
-// how long each thread's own lists get. If memory did grow, the steps are therefore repeated up to `attempts` times: a
-// leak grows each time.
+// needs no new capacity, so growth of a byte a step or more is a leak. Which thread finds which contacts depends on
+// chance, and so how long each thread's own lists get. If memory did grow, the steps are therefore repeated up to
+// `attempts` times: a leak grows each time.
 //
 // Memory is what the process has allocated and not freed, as malloc counts it, to the byte. malloc counts blocks in a
 // thread's own cache as in use, some kilobytes that fill up within hundreds of steps. `make endure` disables that

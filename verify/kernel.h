@@ -81,8 +81,9 @@ std::vector<Kernel> kernels();
 
 // --- A kernel registers by one constant at the end of verify/DOMAIN/KERNEL.cpp:
 //
-//   const Register advance{{.name = "fluid/advance", .place = 5, .forms = {{.make = make_advance, .scenes =
-//   all_scenes}}}};
+//   const Register advance{{.name = "fluid/advance",
+//                           .place = 5,
+//                           .forms = {{.make = make_advance, .scenes = all_scenes}}}};
 
 // Names of scenes: scenes/DOMAIN/NAME.toml.
 struct Scenes {
@@ -97,9 +98,8 @@ struct Form {
   std::function<Case(const std::string& scene_path)> make;
   Scenes scenes;
   bool order_dependent = false;
-  std::string covered_by = "";  // such a form needs no scenes for tsan
-  std::function<bool(const std::string& scene_path)> takes =
-      {};  // which of the domain's scenes it accepts; all if absent
+  std::string covered_by = "";                                    // such a form needs no scenes for tsan
+  std::function<bool(const std::string& scene_path)> takes = {};  // for some of the domain's scenes only; all if absent
 };
 
 struct Registered {

@@ -28,9 +28,9 @@ namespace lockstep::verify {
 // A stack as large as those that OpenMP gives its threads. Pages that are never touched cost nothing.
 class Stack {
  public:
-  Stack()
-      : at_(mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE | MAP_STACK, -1,
-                 0)) {
+  Stack() {
+    const int flags = MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE | MAP_STACK;
+    at_ = mmap(nullptr, size, PROT_READ | PROT_WRITE, flags, -1, 0);
     if (at_ == MAP_FAILED) throw std::bad_alloc();
   }
   ~Stack() { munmap(at_, size); }

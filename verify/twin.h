@@ -16,10 +16,9 @@ namespace lockstep::verify {
 // `start`.
 template <class State>
 struct Twin {
-  std::shared_ptr<const State> start;  // the state at the start of every run
-  std::function<void(State&)> serial;  // the serial form of the same algorithm: the reference of the comparison
-  std::function<void(State&)>
-      best_serial;  // the best serial algorithm, if it is another one: the reference of speed-ups
+  std::shared_ptr<const State> start;       // the state at the start of every run
+  std::function<void(State&)> serial;       // the serial form of the same algorithm: the reference of the comparison
+  std::function<void(State&)> best_serial;  // the best serial algorithm, if another: the reference of speed-ups
   std::function<void(State&)> openmp;
   std::function<Judgement(const State& openmp, const State& serial)> compare;  // bitwise if absent
   Work work;
