@@ -89,16 +89,16 @@ def here(rows):
     paragraphs.append(f"The paper's bound of {BOUND} is broken by {broken}. Everywhere else it holds.")
     if any(r["scene"] == "pulled_edge" for r in slower):
         paragraphs.append(
-            "Why, on pulled_edge: independent constraints carry a correction one or two particles an iteration, the original order "
-            "carries it across the sheet (notes/cloth.md)."
+            "Reason on pulled_edge: independent constraints propagate a correction by one or two particles an iteration; the "
+            "original order propagates it across the sheet (notes/cloth.md)."
         )
     if any(r["scene"] == "sheet_on_sphere" for r in slower):
         paragraphs.append(
-            "Why, on sheet_on_sphere: the sphere strains the sheet, and beyond some 50 iterations no order leaves less; where curves are that "
-            "flat, a small difference stands for many iterations."
+            "Reason on sheet_on_sphere: the sphere strains the sheet, and beyond some 50 iterations no order reduces the residual. "
+            "On a curve that is so flat, a small difference of residuals equals many iterations."
         )
     if any(r["scene"] == "rope" for r in slower):
-        paragraphs.append("Why, on rope: it starts folded, and a fold may stay for as long as the run lasts (notes/cloth.md).")
+        paragraphs.append("Reason on rope: it starts folded, and a fold may last for the whole run (notes/cloth.md).")
     return paragraphs
 
 

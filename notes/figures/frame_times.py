@@ -54,9 +54,9 @@ def in_short(rows):
 def here(rows):
     games = "; ".join(dict.fromkeys(f"{r['application']}: {r['kernel']} {r['form']}, {scene_words(r)}" for r in rows))
     return [
-        f"{games}. A frame is one step. Median of the repeats, the bars span half of them. The production applications (fluid, face, "
+        f"{games}. A frame is one step. Times are medians of the repeats; bars are interquartile ranges. The production applications (fluid, face, "
         "cloth) are not in this repository, so their times have no counterpart here. The papers' scenes are not published and their "
-        "machine is some twenty years older: the times stand side by side, a ratio between them says nothing of either."
+        "machine is some twenty years older. A ratio between their times and ours has therefore no meaning."
     ]
 
 

@@ -73,11 +73,11 @@ def here(rows):
     serial = {a: source.at(rows, kind="serial", algorithm=a)["ms"] for a in NAMES}
     overlap = [r for r in rows if r["kind"] == "overlap"]
     paragraphs = [
-        f"{rows[0]['scene']}. At each number of cores each algorithm has the number of blocks that suits it best, written beside the "
-        f"points. Serial sweeping takes {serial['fast_sweeping'] / serial['fast_marching']:.2f} of the time of serial marching (paper: "
-        f"1.3). Sweeping has sixteen lanes, marching a heap and none, and both are in these numbers; {crossing(rows)}. Padding: "
-        f"{overlap[-1]['blocks']} blocks compute {overlap[-1]['computed_over_wanted']:.1f} distances for each that is wanted; both "
-        "algorithms pay it."
+        f"{rows[0]['scene']}. At each number of cores each algorithm uses its best number of blocks, which stands beside the point. "
+        f"Serial sweeping takes {serial['fast_sweeping'] / serial['fast_marching']:.2f} of the time of serial marching (paper: "
+        f"1.3). Sweeping uses sixteen lanes; marching uses a heap and no lanes; the times include this; {crossing(rows)}. Padding: "
+        f"{overlap[-1]['blocks']} blocks compute {overlap[-1]['computed_over_wanted']:.1f} distances for each that is needed, in both "
+        "algorithms."
     ]
     for algorithm, name in NAMES.items():
         r = source.at(rows, kind="modelled", algorithm=algorithm, cores=most)

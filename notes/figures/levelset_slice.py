@@ -26,7 +26,7 @@ def in_short(rows):
 def here(rows):
     return [
         "Left: the signed distance in the plane z = 1/2, contours every 0.05, the interface in black. Right: its error in spacings h. "
-        "First-order upwind is off where fronts curve, and most beside the box's edges and where two fronts meet."
+        "First-order upwind has an error where fronts curve. It is largest beside the box's edges and where two fronts meet."
     ]
 
 

@@ -41,9 +41,9 @@ def in_short(rows):
 def here(rows):
     return [
         f"Modelled time over measured time: 1 thread: {summary(rows, 1)}; 2 threads: {summary(rows, 2)}. The shaded band is "
-        f"{100 * BAND:.0f} % to either side. The model knows no traffic between caches, which makes short kernels slower than it says, and "
-        "takes each core's work as timed with one core's caches, which makes large ones faster (notes/scaling.md). Beyond 2 cores nothing "
-        "here can check it."
+        f"{100 * BAND:.0f} % to either side. In a record only one core works at a time, so the model does not see two cores that access "
+        "memory at once; it only bounds their total bandwidth (notes/scaling.md). Beyond 2 cores no measurement here can check the "
+        "model."
     ]
 
 

@@ -66,9 +66,9 @@ def here(rows):
     known = [r for r in rows if r["lane_use"] is not None]
     return [
         f"SIMD: serial time over openmp time on one thread, {rows[0]['lanes']} lanes; 'twin' is the serial form of the algorithm that "
-        "openmp runs, where the best serial one is another. Both versions differ in data layout, too, so a gain may exceed what lanes "
-        "alone give. Threads: one thread over two, measured, and one core over many, modelled. Lane use: the share of lanes that "
-        "hold something: a particle, a constraint, a pair that is still looked at, a candidate to test, near or not"
+        "openmp runs, if the best serial algorithm is another. The versions also differ in data layout, so a gain may exceed that of "
+        "lanes alone. Threads: one thread over two, measured, and one core over many, modelled. Lane use: the share of lanes that "
+        "hold an element: a particle, a constraint, a pair still iterated on, a candidate to test, whether near or not"
         + (f", counted for {len(known)} of the {len(rows)} rows." if known else "; these reports do not hold it.")
     ]
 

@@ -78,12 +78,12 @@ def here(rows):
     above = [f"{r['number']}" for r in points(rows, "openmp", 1) if share_of_roof(rows, r) > 1]
     return [
         f"The roofs are measured: triad beyond the caches, and independent multiply-adds in lanes ({roofs}). Flops and bytes are declared "
-        "beside each kernel in the verifier: the flops of the serial form, so that what openmp does more of does not count, and the bytes "
-        "that must come from and go to memory once, so that a kernel that reads its data again stands further right than it is. Left: "
-        "from the serial time (cross) to openmp on one thread (its number). Right: openmp on two threads. A kernel above the slanted roof "
+        "beside each kernel in the verifier. Flops are those of the serial form, so additional work of openmp does not count. Bytes "
+        "count each read and write of memory once, so a kernel that reads its data repeatedly appears too far to the right. Left: from "
+        "the serial time (cross) to openmp on one thread (its number). Right: openmp on two threads. A kernel above the slanted roof "
         "has its data in the caches"
         + (f" ({', '.join(above)} on one thread). " if above else ". ")
-        + (f"Without flops, and left out: {', '.join(without_flops(rows))}." if without_flops(rows) else "")
+        + (f"Kernels without flops are left out: {', '.join(without_flops(rows))}." if without_flops(rows) else "")
     ]
 
 

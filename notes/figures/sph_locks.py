@@ -6,7 +6,7 @@ import style
 TITLE = "Game fluid: what locks cost"
 PAPER_FIGURE = "[LRB08], on Figure 9"
 PAPER = (
-    "A lock a grid cell would cost much; sub-grids owned by threads, with locks for cells on their borders alone, almost entirely "
+    "A lock for each grid cell would cost much; sub-grids owned by threads, with locks for cells on their borders alone, almost entirely "
     "amortise it. The paper gives no numbers."
 )
 FORMS = {
@@ -49,9 +49,9 @@ def here(rows):
         )
     sub_grid = source.at(rows, kind="modelled", form="sub_grid", cores=most)
     if sub_grid["locks"] < 0.05:
-        return [*paragraphs, "That locks on borders are almost entirely amortised holds: less than 5 % of the time."]
-    why = "the more cores, the smaller their sub-grids, and the more of these is border"
-    return [*paragraphs, f"That locks on borders are almost entirely amortised is not reached: {why}."]
+        return [*paragraphs, "The paper's claim that locks on borders are almost entirely amortised holds: less than 5 % of the time."]
+    why = "with more cores the sub-grids are smaller, and a larger part of each is border"
+    return [*paragraphs, f"The paper's claim that locks on borders are almost entirely amortised is not reached: {why}."]
 
 
 def draw(rows):
