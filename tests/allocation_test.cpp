@@ -1,4 +1,4 @@
-// Kernels of the cloth, the level sets and the rigid narrow phase where memory runs out: whichever allocation fails, on
+// Kernels of the fluid, the cloth, the level sets and the rigid narrow phase where memory runs out: whichever allocation fails, on
 // whichever thread, the kernel throws std::bad_alloc to its caller. (An exception that leaves a parallel region ends the
 // program.)
 //
@@ -13,6 +13,10 @@
 
 #include "common/cloth/make.h"
 #include "common/cloth/relax.h"
+#include "common/fluid/densities.h"
+#include "common/fluid/fluid.h"
+#include "common/fluid/forces.h"
+#include "common/fluid/rebuild_grid.h"
 #include "common/levelset/fast_marching.h"
 #include "common/levelset/fast_sweeping.h"
 #include "common/levelset/initialize.h"
@@ -66,6 +70,37 @@ void every_allocation_may_fail(const State& start, const std::function<void(Stat
   }
   omp_set_num_threads(before);
 }
+
+namespace fluid_kernels {
+
+using namespace fluid;
+
+// Particles on a line, nearly all of them neighbours: their lists grow many times.
+Fluid<float> crowd() {
+  Particles<float> particles;
+  particles.resize(300);
+  for (int i = 0; i < particles.count; ++i) {
+    particles.id[i] = i;
+    particles.position.x[i] = particles.position.y[i] = particles.position.z[i] = 1e-5f * static_cast<float>(i);
+  }
+  Fluid<float> fluid = make_fluid(convert<float>(make_model(100)), std::move(particles));
+  openmp::rebuild_grid_counting_sort(fluid.grid, fluid.particles, fluid.sorted);
+  return fluid;
+}
+
+TEST(Allocation, FailsOutsideOfTheFluidsDensitiesAndForces) {
+  for (Densities<float>* densities : {openmp::densities_owner_gather, openmp::densities_pair_lists})
+    every_allocation_may_fail<Fluid<float>>(crowd(), [&](Fluid<float>& f) {
+      densities(f.model, f.grid, f.particles, f.neighbours, f.density);
+    });
+  Fluid<float> start = crowd();
+  openmp::densities_pair_lists(start.model, start.grid, start.particles, start.neighbours, start.density);
+  every_allocation_may_fail<Fluid<float>>(start, [](Fluid<float>& f) {
+    openmp::forces_pair_lists(f.model, f.grid, f.particles, f.neighbours, f.density, f.acceleration);
+  });
+}
+
+}  // namespace fluid_kernels
 
 namespace levelset_kernels {
 

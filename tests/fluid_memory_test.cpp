@@ -55,30 +55,5 @@ TEST(FluidMemory, RebuildGridTakesWhatWasCountedOnAnyNumberOfThreads) {
     });
 }
 
-// A crowd, whose lists of neighbours are by far the largest arrays.
-TEST(FluidMemory, RunsOutAsAnExceptionInDensitiesAndForces) {
-  struct Form {
-    const char* name;
-    Densities<float>* densities;
-    Forces<float>* forces;
-  };
-  const Form forms[] = {{"owner_gather", openmp::densities_owner_gather, openmp::forces_owner_gather},
-                        {"pair_lists", openmp::densities_pair_lists, openmp::forces_pair_lists}};
-  for (const Form& form : forms) {
-    SCOPED_TRACE(form.name);
-    Fluid<float> start = line(100, 3000, .001);
-    openmp::rebuild_grid_counting_sort(start.grid, start.particles, start.sorted);
-    for (const int threads : {1, 3}) {
-      Fluid<float> f = start;
-      with_memory(threads, 10e6, [&] { EXPECT_THROW(form.densities(f.model, f.grid, f.particles, f.neighbours, f.density), std::bad_alloc); });
-      form.densities(f.model, f.grid, f.particles, f.neighbours, f.density);
-      if (form.forces == openmp::forces_pair_lists)  // which repeats densities and notes factors of all pairs
-        with_memory(threads, 10e6, [&] {
-          EXPECT_THROW(form.forces(f.model, f.grid, f.particles, f.neighbours, f.density, f.acceleration), std::bad_alloc);
-        });
-    }
-  }
-}
-
 }  // namespace
 }  // namespace lockstep::fluid

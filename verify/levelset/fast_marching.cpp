@@ -36,7 +36,7 @@ const Register fast_marching{
      .forms = {{.name = "blocks", .make = blocks_case, .scenes = scenes_in_bands({"spheres_and_box_256"})},
                {.name = "blocks_for_heap",
                 .make = blocks_for_heap_case,
-                .scenes = scenes_in_bands({}),
+                .scenes = without_tsan(scenes_in_bands({})),
                 .covered_by = "blocks"}}}};
 
 }  // namespace

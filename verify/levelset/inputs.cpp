@@ -136,4 +136,9 @@ Scenes scenes_of_all(std::vector<std::string> bench) {
   return scenes;
 }
 
+Scenes without_tsan(Scenes scenes) {
+  scenes.tsan.clear();
+  return scenes;
+}
+
 }  // namespace lockstep::verify::levelset_inputs

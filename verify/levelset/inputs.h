@@ -43,5 +43,6 @@ std::string overlap(const Inputs& in);
 // scenes to time.
 Scenes scenes_in_bands(std::vector<std::string> bench);
 Scenes scenes_of_all(std::vector<std::string> bench);
+Scenes without_tsan(Scenes scenes);  // for forms that run another form's code
 
 }  // namespace lockstep::verify::levelset_inputs
