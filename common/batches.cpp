@@ -1,7 +1,7 @@
-// Every object keeps the set of batches that touch it, one bit a batch in words of 64. The earliest batch free of both objects of a
-// constraint is the lowest zero of the union of their sets. Few objects are in more than 64 batches: their first word is an array over
-// the objects, and later words are kept only where they hold a batch and are not full. A dense array of all words would take n^2 / 8
-// bytes where one object is in n constraints.
+// Each object keeps the set of batches that touch it, one bit per batch in words of 64. The earliest batch free of both
+// objects of a constraint is the lowest zero in the union of their sets. Few objects are in more than 64 batches. So
+// the first words are an array over the objects. Later words are kept only if they hold a batch and are not full. A
+// dense array of all words would take n^2 / 8 bytes where one object is in n constraints.
 #include "common/batches.h"
 
 #include <algorithm>
@@ -25,7 +25,7 @@ class LaterBatches {
     return found == first_free_word_.end() ? 1 : found->second;
   }
 
-  // For words that are not before first_free_word(object).
+  // Only for words from first_free_word(object) on.
   std::uint64_t word(std::int32_t object, int word) const {
     const auto found = words_.find(key(object, word));
     return found == words_.end() ? 0 : found->second;
@@ -91,7 +91,8 @@ Batches make_batches(std::span<const std::int32_t> a, std::span<const std::int32
 }
 
 Batches make_levels(std::span<const std::int32_t> a, std::span<const std::int32_t> b, std::span<const char> movable) {
-  std::vector<std::int32_t> batch_of(a.size()), next(movable.size(), 0);  // [object]: the first batch that its next constraint may be in
+  std::vector<std::int32_t> batch_of(a.size());
+  std::vector<std::int32_t> next(movable.size(), 0);  // [object]: the first batch that its next constraint may be in
   int batches = 0;
   for (std::size_t k = 0; k < a.size(); ++k) {
     batch_of[k] = std::max(movable[a[k]] ? next[a[k]] : 0, movable[b[k]] ? next[b[k]] : 0);

@@ -7,7 +7,8 @@
 
 namespace lockstep {
 
-// Which constraint comes where: batch k holds constraints order[begin[k]] .. order[begin[k + 1] - 1], in their original order.
+// The order of constraints: batch k holds constraints order[begin[k]] .. order[begin[k + 1] - 1], in their original
+// order.
 struct Batches {
   std::vector<std::int32_t> order;
   std::vector<std::int32_t> begin;  // [batch], and one more
@@ -15,19 +16,20 @@ struct Batches {
   int count() const { return static_cast<int>(begin.size()) - 1; }
 };
 
-// Goes through the constraints once; each joins the earliest batch in which no constraint so far touches an object of its own. Then
-// constraints of one batch may be solved at the same time. Constraint k touches objects a[k] and b[k], numbered 0 .. objects - 1;
-// an object that nothing moves (movable[i] = 0) conflicts with nobody, for nothing is ever written to it.
+// First fit, a greedy edge colouring. Goes through the constraints once. Each joins the earliest batch in which no
+// constraint so far touches one of its objects. Then all constraints of one batch may be solved at the same time.
+// Constraint k touches objects a[k] and b[k], numbered 0 .. objects - 1. An object that nothing moves (movable[i] = 0)
+// conflicts with nobody, because nothing is ever written to it.
 //
-// Objects in m constraints each end up in at most 2 m - 1 batches.
-// Time: proportional to the constraints; a constraint beyond the first 64 batches passes over words of 64 that are full.
-// Memory, besides the result: 8 bytes an object and 4 a constraint; some 100 bytes for each constraint beyond the first 64 batches.
+// Objects in m constraints each end up in at most 2 m - 1 batches. Time: proportional to the constraints; a constraint
+// beyond the first 64 batches passes over words of 64 that are full. Memory, besides the result: 8 bytes an object and
+// 4 a constraint; some 100 bytes for each constraint beyond the first 64 batches.
 //
 // Source: [LRB08] "Algorithm restructuring", Figure 13; [ITJ07] on the same rule for contact constraints.
 Batches make_batches(std::span<const std::int32_t> a, std::span<const std::int32_t> b, std::span<const char> movable);
 
-// The same without reordering: a constraint joins the batch after the last one that holds an earlier constraint at either of its
-// objects. Solving batch after batch then does what solving in the original order does, bit for bit.
+// The same without reordering: a constraint joins the batch after the last one that holds an earlier constraint at
+// either of its objects. Solving batch after batch then does what solving in the original order does, bit for bit.
 Batches make_levels(std::span<const std::int32_t> a, std::span<const std::int32_t> b, std::span<const char> movable);
 
 }  // namespace lockstep

@@ -1,17 +1,17 @@
 // Constraints put into batches in parallel: the batches of make_batches (common/batches.h), number by number.
 //
-// Kept as a form to compare with: at the sizes of our scenes, a million constraints and fewer, it never pays, and the step takes
-// the serial choice (notes/batches.md). Memory, besides the result: 64 bytes an object, 4 bytes an object and thread, and 22 bytes
-// a constraint.
+// Kept as a form to compare with: at the sizes of our scenes, a million constraints and fewer, it never pays, and the
+// step takes the serial choice (notes/batches.md). Memory, besides the result: 64 bytes an object, 4 bytes an object
+// and thread, and 22 bytes a constraint.
 //
-// Three phases, with barriers between: ranks, counted as in a radix sort; the choice of batches (openmp/first_fit.h); the order of
-// constraints by batch, a counting sort.
+// Three phases, with barriers between: ranks, counted as in a radix sort; the choice of batches (openmp/first_fit.h);
+// the order of constraints by batch, a counting sort.
 //
-// Which thread has which constraints decides how often threads wait. Constraints that are near in the order or in space depend on
-// each other. Splitting by index would make each thread wait for the end of its predecessor's part. So objects are split into
-// slabs along an axis with equal counts; few constraints cross a slab boundary. A thread goes through its constraints in order and
-// skips those whose turn has not come. All threads work in rounds: a thread that spun for another one would keep a core busy that
-// the other one may need.
+// Which thread has which constraints decides how often threads wait. Constraints that are near in the order or in space
+// depend on each other. Splitting by index would make each thread wait for the end of its predecessor's part. So
+// objects are split into slabs along an axis with equal counts; few constraints cross a slab boundary. A thread goes
+// through its constraints in order and skips those whose turn has not come. All threads work in rounds: a thread that
+// spun for another one would keep a core busy that the other one may need.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,8 @@
 
 namespace lockstep::openmp {
 
-// As make_batches, of constraints between two different objects each. place(i), a number, grows along the axis with the place of object i.
+// As make_batches, for constraints between two different objects each. place(i), a number, grows along the axis with
+// the place of object i.
 template <class Place>
 Batches make_batches_in_parallel(std::span<const std::int32_t> a, std::span<const std::int32_t> b,
                                  std::span<const char> movable, const Place& place) {
@@ -50,7 +51,7 @@ Batches make_batches_in_parallel(std::span<const std::int32_t> a, std::span<cons
   batches.begin.reserve(most_batches + 1);
   batches.begin = {0};
 
-  // Each thread writes the numbers of its own share, and counts of its own; barriers stand between one thread's writing and
+  // Each thread writes the numbers and counts of its own share. Barriers stand between one thread's writing and
   // another's reading.
 #pragma omp parallel
   {
@@ -61,11 +62,12 @@ Batches make_batches_in_parallel(std::span<const std::int32_t> a, std::span<cons
       const int samples = std::min(objects, 16 * threads);
       for (int s = 0; s < samples; ++s) sample.push_back(place(static_cast<int>(std::int64_t(s) * objects / samples)));
       std::ranges::sort(sample);
-      for (int thread = 1; thread < threads && samples > 0; ++thread) cuts.push_back(sample[samples * thread / threads]);
+      for (int thread = 1; thread < threads && samples > 0; ++thread)
+        cuts.push_back(sample[samples * thread / threads]);
     }
 
-    // Ranks. Each thread counts what its share, a part of the order, has at every object. Every object is one thread's, which
-    // adds up what comes before each share. Every constraint is one thread's again.
+    // Ranks. Each thread counts, at every object, the constraints of its own share of the order. Then each object has
+    // one thread, which adds up the counts of the shares before each share. Then each constraint has one thread again.
     std::int32_t* rank = next[me].data();
     for (int k = mine.begin; k < mine.end; ++k) ++rank[a[k]], ++rank[b[k]];
 #pragma omp barrier
@@ -77,7 +79,9 @@ Batches make_batches_in_parallel(std::span<const std::int32_t> a, std::span<cons
     }
     int most = 0;
     for (int k = mine.begin; k < mine.end; ++k) {
-      const auto ranked_at = [&](std::int32_t i) { return movable[i] ? std::pair(i, rank[i]++) : std::pair(immovable, 0); };
+      const auto ranked_at = [&](std::int32_t i) {
+        return movable[i] ? std::pair(i, rank[i]++) : std::pair(immovable, 0);
+      };
       const auto [at_a, rank_a] = ranked_at(a[k]);
       const auto [at_b, rank_b] = ranked_at(b[k]);
       ranked[k] = {at_a, at_b, rank_a, rank_b};
@@ -88,7 +92,8 @@ Batches make_batches_in_parallel(std::span<const std::int32_t> a, std::span<cons
 #pragma omp barrier
 
     if (std::ranges::max(bound) <= most_batches) {
-      reached[me] = first_fit(thread_of, {ranked.get(), a.size()}, object.get(), batch_of.data(), {rounds.data(), std::size_t(threads)});
+      reached[me] = first_fit(thread_of, {ranked.get(), a.size()}, object.get(), batch_of.data(),
+                              {rounds.data(), std::size_t(threads)});
 #pragma omp barrier
       // The order of the batches, counted as the ranks are.
       const int count = std::ranges::max(reached);
@@ -104,7 +109,7 @@ Batches make_batches_in_parallel(std::span<const std::int32_t> a, std::span<cons
       for (int k = mine.begin; k < mine.end; ++k) batches.order[to[batch_of[k]]++] = k;
     }
   }
-  // Where an object has that many constraints, each waits for the one before it.
+  // An object has too many constraints. Each of them waits for the one before it, so little is parallel.
   if (std::ranges::max(bound) > most_batches) return make_batches(a, b, movable);
   return batches;
 }

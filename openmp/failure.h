@@ -1,4 +1,4 @@
-// Carries an exception out of a parallel region: one that leaves the region on its own ends the program.
+// Carries an exception out of a parallel region. An exception that leaves the region by itself ends the program.
 //
 //   Failure failure;
 //   #pragma omp parallel
@@ -32,7 +32,7 @@ class Failure {
   // work.
   bool happened() const { return happened_.load(std::memory_order_acquire); }
 
-  // Throws what was kept, if anything was. Call it outside the region: its end makes the kept exception visible here.
+  // Throws the kept exception, if there is one. Call it outside the region, whose end makes the exception visible here.
   void rethrow() {
     if (happened_.exchange(false)) std::rethrow_exception(std::exchange(first_, nullptr));
   }

@@ -1,4 +1,4 @@
-// What openmp/ needs of OpenMP beyond its pragmas: a thread's share of a loop, and locks.
+// Helpers for OpenMP beyond its pragmas: a thread's share of a loop, and locks.
 #pragma once
 
 #include <omp.h>
@@ -7,8 +7,8 @@
 
 namespace lockstep::openmp {
 
-// Elements begin .. end - 1 of n: the share of part `part` of `parts`, contiguous, as equal as whole vectors of sixteen
-// allow, so that no two parts write to one cache line of an Array.
+// Elements begin .. end - 1 of n are the share of part `part` of `parts`. Shares are contiguous and as equal as whole
+// vectors of sixteen allow. No two parts write to one cache line of an Array.
 struct Share {
   int begin, end;
 };

@@ -1,5 +1,5 @@
-// The arrays of the rigid bodies' states and the fields of their records, listed once (common/arrays.h). Kernels do not need
-// the lists, so they stand in a header of their own. An array added to a state must be added here.
+// The arrays of the rigid bodies' states and the fields of their records, listed once (common/arrays.h). Kernels do not
+// need the lists, so they stand in a header of their own. An array added to a state must be added here.
 #pragma once
 
 #include "common/arrays.h"
@@ -37,7 +37,7 @@ void for_each_field(M& motion, const F& f) {
   f("angular_velocity.x", w.x), f("angular_velocity.y", w.y), f("angular_velocity.z", w.z);
 }
 
-// Points beyond the count are left out, and of a manifold without points all but the count.
+// Points beyond the count are left out. A manifold without points has only its count.
 template <Is<Manifold> M, class F>
 void for_each_field(M& m, const F& f) {
   static constexpr const char* names[most_points][5] = {
@@ -57,9 +57,10 @@ void for_each_field(M& m, const F& f) {
 
 template <Is<Impulses> I, class F>
 void for_each_field(I& i, const F& f) {
-  static constexpr const char* names[3][most_points] = {{"normal[0]", "normal[1]", "normal[2]", "normal[3]"},
-                                                        {"tangent[0]", "tangent[1]", "tangent[2]", "tangent[3]"},
-                                                        {"bitangent[0]", "bitangent[1]", "bitangent[2]", "bitangent[3]"}};
+  static constexpr const char* names[3][most_points] = {
+      {"normal[0]", "normal[1]", "normal[2]", "normal[3]"},
+      {"tangent[0]", "tangent[1]", "tangent[2]", "tangent[3]"},
+      {"bitangent[0]", "bitangent[1]", "bitangent[2]", "bitangent[3]"}};
   for (int k = 0; k < most_points; ++k)
     f(names[0][k], i.normal[k]), f(names[1][k], i.tangent[k]), f(names[2][k], i.bitangent[k]);
 }

@@ -1,9 +1,12 @@
-// Contract: contacts put into batches of which none share a body that moves, by the papers' rule (common/batches.h): in order, each into
-// the earliest batch where neither of its bodies stands. Static bodies conflict with nobody. A contact's points stay together.
+// Contract: puts contacts into batches, such that no two contacts of a batch share a body that moves. The rule is the
+// papers' first fit (common/batches.h): in order, each contact joins the earliest batch that holds neither of its
+// bodies. Static bodies conflict with nobody. A contact's points stay together.
 //
-// batches_parallel gives the same batches, with the choice shared out, too; the step takes batches (notes/batches.md).
+// batches_parallel gives the same batches, and makes the choice in parallel, too. The step takes batches
+// (notes/batches.md).
 //
-// In: manifolds, of two different bodies each; body[collider]; which bodies move. Source: [LRB08] Figure 13; [ITJ07] Figures 2 to 4.
+// In: manifolds, of two different bodies each; body[collider]; which bodies move. Source: [LRB08] Figure 13; [ITJ07]
+// Figures 2 to 4.
 #pragma once
 
 #include <span>
@@ -15,7 +18,8 @@
 namespace lockstep::rigid {
 
 template <class Real>
-using ReorderContacts = Batches(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body, const Bodies<Real>& bodies);
+using ReorderContacts = Batches(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
+                                const Bodies<Real>& bodies);
 
 namespace serial {
 ReorderContacts<float> batches;

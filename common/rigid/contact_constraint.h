@@ -1,14 +1,17 @@
-// A contact as the solver sees it: conditions on the velocities of two bodies at each point, and the impulses that meet them.
+// A contact as the solver sees it: conditions on the velocities of two bodies at each point, and the impulses that meet
+// them.
 //
-// For a point with normal n, arms r_a and r_b from the centres of mass, and impulse (p_n, p_t, p_u) along the normal and
-// two tangents t and u:
+// For a point with normal n, arms r_a and r_b from the centres of mass, and impulse (p_n, p_t, p_u) along the normal
+// and two tangents t and u:
 //
 //   relative velocity   v = v_b + w_b x r_b - v_a - w_a x r_a
-//   non-penetration     0 <= p_n   perpendicular to   n . v + s / h >= 0 where the surfaces are s > 0 apart, so that they
+//   non-penetration     0 <= p_n   perpendicular to   n . v + s / h >= 0 where the surfaces are s > 0 apart, so that
+//   they
 //                       may just meet in a step h; and to n . v >= 0 where they touch
-//   friction            |p_t| <= mu p_n, |p_u| <= mu p_n, against t . v = 0 and u . v = 0: the box around Coulomb's cone
+//   friction            |p_t| <= mu p_n, |p_u| <= mu p_n, against t . v = 0 and u . v = 0: the box around Coulomb's
+//   cone
 //
-// a linear complementarity problem in the impulses [LRB08 "Rigid Body Simulation", Baraff97].
+// Together they are a linear complementarity problem in the impulses [LRB08 "Rigid Body Simulation", Baraff97].
 #pragma once
 
 #include <cstdint>
@@ -61,7 +64,7 @@ struct ConstraintPoint {
   Row<T> normal, tangent, bitangent;
 };
 
-// For T = Real one contact, for T = floatv sixteen that share no body that moves.
+// One contact for T = Real. For T = floatv, sixteen contacts that share no body that moves.
 template <class T>
 struct ContactConstraint {
   Vector3<T> normal, tangent, bitangent;  // unit, from a to b; n = t x u

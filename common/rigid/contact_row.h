@@ -1,5 +1,5 @@
-// Projected Gauss-Seidel on the rows of a contact, for T a number or sixteen lanes and a mask, bool or maskv, of the lanes that have the
-// point.
+// Projected Gauss-Seidel on the rows of a contact. T is a number or sixteen lanes. The mask, a bool or a maskv, says
+// which lanes have the point.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ inline Velocity<T> velocity_of(const Motion<T>& motion) {
   return {motion.velocity, motion.angular_velocity};
 }
 
-// Of b's point relative to a's.
+// The velocity of b's point relative to a's.
 template <class T>
 inline Vector3<T> relative_velocity(const Velocity<T>& a, const Velocity<T>& b, const ConstraintPoint<T>& p) {
   return (b.linear + cross(b.angular, p.arm_b)) - (a.linear + cross(a.angular, p.arm_a));
@@ -35,10 +35,11 @@ inline void apply(const ContactConstraint<T>& c, const ConstraintPoint<T>& p, co
   b.angular = b.angular + c.b.inertia * cross(p.arm_b, impulse);
 }
 
-// The same where the mask says so.
+// The same in the lanes of the mask alone.
 template <class T, class Mask>
-[[gnu::always_inline]] inline void apply_where(const Mask& mask, const ContactConstraint<T>& c, const ConstraintPoint<T>& p,
-                                               const Vector3<T>& impulse, Velocity<T>& a, Velocity<T>& b) {
+[[gnu::always_inline]] inline void apply_where(const Mask& mask, const ContactConstraint<T>& c,
+                                               const ConstraintPoint<T>& p, const Vector3<T>& impulse, Velocity<T>& a,
+                                               Velocity<T>& b) {
   if (all(mask)) return apply(c, p, impulse, a, b);
   const Velocity<T> old_a = a, old_b = b;
   apply(c, p, impulse, a, b);
@@ -63,8 +64,9 @@ inline InverseMass<T> inverse_mass_of(const ContactBody<T>& body) {
   return {inverse.w, turned(matrix_of(body.pose.orientation), inverse.x, inverse.y, inverse.z)};
 }
 
-// Two unit vectors that make a right-handed frame with a unit normal: tangent x bitangent = normal. Duff et al., Building an
-// Orthonormal Basis, Revisited, JCGT 6 (2017), with axes renamed: y is up, so the one discontinuity, at y = 0, is at vertical walls.
+// Two unit vectors that make a right-handed frame with a unit normal: tangent x bitangent = normal. Duff et al.,
+// Building an Orthonormal Basis, Revisited, JCGT 6 (2017), with axes renamed: y is up, so the one
+// discontinuity, at y = 0, is at vertical walls.
 template <class T>
 inline void make_tangents(const Vector3<T>& n, Vector3<T>& tangent, Vector3<T>& bitangent) {
   const T sign = select(n.y < T(0), T(-1), T(1)), a = T(-1) / (sign + n.y), b = n.z * n.x * a;
@@ -72,16 +74,17 @@ inline void make_tangents(const Vector3<T>& n, Vector3<T>& tangent, Vector3<T>& 
   bitangent = {sign + n.x * n.x * a, -n.x, b};
 }
 
-// All but the points.
+// Makes all of a constraint but its points.
 template <class T>
-inline void make_constraint(const Vector3<T>& normal, const ContactBody<T>& a, const ContactBody<T>& b, ContactConstraint<T>& c) {
+inline void make_constraint(const Vector3<T>& normal, const ContactBody<T>& a, const ContactBody<T>& b,
+                            ContactConstraint<T>& c) {
   c.normal = normal;
   make_tangents(c.normal, c.tangent, c.bitangent);
   c.friction = sqrt(a.friction * b.friction);
   c.a = inverse_mass_of(a), c.b = inverse_mass_of(b);
 }
 
-// The mass that two bodies set against a unit impulse at a point along a direction: 1 / (J M^-1 J^T).
+// The effective mass of two bodies at a point along a direction: 1 / (J M^-1 J^T).
 template <class T>
 inline T effective_mass(const ContactConstraint<T>& c, const ConstraintPoint<T>& p, const Vector3<T>& direction) {
   const Vector3<T> turn_a = cross(p.arm_a, direction), turn_b = cross(p.arm_b, direction);
@@ -96,8 +99,9 @@ struct PointImpulse {
 
 // An approach slower than `bounce_from`, m/s, does not bounce.
 template <class T>
-inline void make_point(const ContactConstraint<T>& c, const ContactBody<T>& a, const ContactBody<T>& b, const ContactPoint<T>& at,
-                       const PointImpulse<T>& impulse, const T& bounce_from, ConstraintPoint<T>& p) {
+inline void make_point(const ContactConstraint<T>& c, const ContactBody<T>& a, const ContactBody<T>& b,
+                       const ContactPoint<T>& at, const PointImpulse<T>& impulse, const T& bounce_from,
+                       ConstraintPoint<T>& p) {
   p.arm_a = at.position - a.pose.position;
   p.arm_b = at.position - b.pose.position;
   p.normal = {effective_mass(c, p, c.normal), impulse.normal};
@@ -112,8 +116,9 @@ inline void make_point(const ContactConstraint<T>& c, const ContactBody<T>& a, c
 
 // --- Rows
 
-// How a contact answers a violation: rigidly (mass 1, impulse 0), or, to push bodies apart, as a damped spring integrated implicitly over a
-// step. That one asks for less, and gives way to a share of the impulse that it has applied already.
+// How a contact answers a violation. A rigid contact (mass 1, impulse 0) removes it at once. A soft contact, which
+// pushes bodies apart, is a damped spring integrated implicitly over a step. It asks for less, and yields to a share of
+// the impulse that it has applied already.
 template <class T>
 struct Softness {
   T rate;  // 1/s: the share of a depth that is corrected a second
@@ -129,7 +134,7 @@ inline Softness<double> soft_contact(double hertz, double damping, double h) {
   return {omega / a, b / (1 + b), 1 / (1 + b)};
 }
 
-// What a sweep over all normals is given.
+// Parameters of a sweep over all normals.
 template <class T>
 struct Sweep {
   T per_step;  // 1 / h
@@ -137,14 +142,15 @@ struct Sweep {
   T max_bias_velocity;  // m/s: the fastest that penetrating bodies are pushed apart
 };
 
-// Friction along a tangent: the impulse that stops the sliding, within the friction cone's limit. Returns the change of the impulse.
+// Friction along a tangent: the impulse that stops the sliding, within the friction cone's limit. Returns the change of
+// the impulse.
 template <class T>
 inline T friction_step(const Row<T>& row, const T& tangent_velocity, const T& max_impulse) {
   return min(max(row.impulse - row.mass * tangent_velocity, -max_impulse), max_impulse) - row.impulse;
 }
 
-// Non-penetration: the impulse that stops an approach beyond the surface, but never pulls; softly where s < 0. Returns the change of the
-// impulse.
+// Non-penetration: the impulse that stops an approach beyond the surface, but never pulls; softly where s < 0. Returns
+// the change of the impulse.
 template <class T>
 inline T normal_step(const Row<T>& row, const T& normal_velocity, const T& separation, const Sweep<T>& sweep) {
   const auto apart = separation > T(0);
@@ -162,18 +168,19 @@ inline T bounce_step(const Row<T>& row, const T& normal_velocity, const T& bounc
 
 // --- Points: each changes its own impulses and the velocities of a and b
 
-// The impulses of the last step.
+// Applies the impulses of the last step.
 template <class T, class Mask>
-[[gnu::always_inline]] inline void warm_start_point(const Mask& has_point, const ContactConstraint<T>& c, const ConstraintPoint<T>& p,
-                                                    Velocity<T>& a, Velocity<T>& b) {
-  const Vector3<T> impulse = p.normal.impulse * c.normal + p.tangent.impulse * c.tangent + p.bitangent.impulse * c.bitangent;
+[[gnu::always_inline]] inline void warm_start_point(const Mask& has_point, const ContactConstraint<T>& c,
+                                                    const ConstraintPoint<T>& p, Velocity<T>& a, Velocity<T>& b) {
+  const Vector3<T> impulse =
+      p.normal.impulse * c.normal + p.tangent.impulse * c.tangent + p.bitangent.impulse * c.bitangent;
   apply_where(has_point, c, p, impulse, a, b);
 }
 
 // Friction along both tangents, limited by the normal impulse so far.
 template <class T, class Mask>
-[[gnu::always_inline]] inline void solve_friction(const Mask& has_point, const ContactConstraint<T>& c, ConstraintPoint<T>& p,
-                                                  Velocity<T>& a, Velocity<T>& b) {
+[[gnu::always_inline]] inline void solve_friction(const Mask& has_point, const ContactConstraint<T>& c,
+                                                  ConstraintPoint<T>& p, Velocity<T>& a, Velocity<T>& b) {
   const T max_impulse = c.friction * p.normal.impulse;
   const auto solve = [&](Row<T>& row, const Vector3<T>& direction) {
     const T change = friction_step(row, dot(relative_velocity(a, b, p), direction), max_impulse);
@@ -186,9 +193,10 @@ template <class T, class Mask>
 
 // Non-penetration. `moved_a` and `moved_b` are how far the bodies have moved since the step began, m and rad.
 template <class T, class Mask>
-[[gnu::always_inline]] inline void solve_normal(const Mask& has_point, const ContactConstraint<T>& c, ConstraintPoint<T>& p,
-                                                const Sweep<T>& sweep, const Velocity<T>& moved_a, const Velocity<T>& moved_b,
-                                                Velocity<T>& a, Velocity<T>& b) {
+[[gnu::always_inline]] inline void solve_normal(const Mask& has_point, const ContactConstraint<T>& c,
+                                                ConstraintPoint<T>& p, const Sweep<T>& sweep,
+                                                const Velocity<T>& moved_a, const Velocity<T>& moved_b, Velocity<T>& a,
+                                                Velocity<T>& b) {
   const T separation = p.separation + dot(relative_velocity(moved_a, moved_b, p), c.normal);
   const T normal_velocity = dot(relative_velocity(a, b, p), c.normal);
   const T change = normal_step(p.normal, normal_velocity, separation, sweep);
@@ -197,23 +205,24 @@ template <class T, class Mask>
   apply_where(has_point, c, p, change * c.normal, a, b);
 }
 
-// Whether a point bounces: it came fast, and was hit.
+// Whether a point bounces: its approach was fast, and it was hit.
 template <class T>
 inline auto has_bounce(const ConstraintPoint<T>& p) {
   return (p.bounce > T(0)) & (p.max_normal_impulse > T(0));
 }
-// The impulse of a bounce is not kept: it is no start for the next step.
+// Does not store the impulse of a bounce, because the next step must not start with it.
 template <class T, class Mask>
-[[gnu::always_inline]] inline void solve_bounce(const Mask& bounces, const ContactConstraint<T>& c, const ConstraintPoint<T>& p,
-                                                Velocity<T>& a, Velocity<T>& b) {
+[[gnu::always_inline]] inline void solve_bounce(const Mask& bounces, const ContactConstraint<T>& c,
+                                                const ConstraintPoint<T>& p, Velocity<T>& a, Velocity<T>& b) {
   const T change = bounce_step(p.normal, dot(relative_velocity(a, b, p), c.normal), p.bounce);
   apply_where(bounces, c, p, change * c.normal, a, b);
 }
 
 // --- Bodies
 
-// Begins a substep for a body: adds the velocity by gravity, and once more the change of velocity by all impulses of the substep before.
-// That is the warm start: the same impulses, without a visit to the contacts. `before` are the velocities without the substep's impulses.
+// Begins a substep for a body: adds the velocity by gravity, and once more the change of velocity by all impulses of
+// the substep before. That is the warm start: the same impulses, without a visit to the contacts. `before` are the
+// velocities without the substep's impulses.
 template <class Real>
 inline void begin_substep(const Vector3<Real>& gravity_dv, Motion<Real>& before, Motion<Real>& motion) {
   const Vector3<Real> dv = motion.velocity - before.velocity, dw = motion.angular_velocity - before.angular_velocity;

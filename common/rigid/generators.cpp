@@ -27,7 +27,8 @@ struct Random {
   double from_to(double low, double high) { return low + (high - low) * (static_cast<double>(next() >> 11) * 0x1p-53); }
 };
 
-// Uniform on the sphere, as points in the ball are, divided by their length. Not too near its middle, where digits are few.
+// A uniform point on the unit sphere: a uniform point in the ball, divided by its length. Points near the middle are
+// rejected, because they have few digits.
 Vector random_direction(Random& random) {
   for (;;) {
     Vector v;
@@ -37,7 +38,7 @@ Vector random_direction(Random& random) {
   }
 }
 
-// The same in four dimensions, where directions are rotations.
+// A uniform point on the sphere in four dimensions is a uniform rotation.
 Quaternion<double> random_orientation(Random& random) {
   for (;;) {
     Quaternion<double> q;
@@ -80,12 +81,12 @@ int add_random_hull(Hulls<double>& hulls, Random& random, int count) {
 
 constexpr int hulls_of_assortment = 64, most_points = 24;
 
-// What the assortment has, in the order in which it is taken.
+// The assortment's shapes, in the order in which they are taken.
 std::vector<Shape> shapes_of(World<double>& world, Assortment assortment, Random& random) {
-  const std::vector<Shape> boxes = {
-      {Kind::box, {.5, .5, .5}, 0, 0}, {Kind::box, {.3, .5, .7}, 0, 0}, {Kind::box, {.4, .4, .4}, 0, 0}, {Kind::box, {.6, .3, .4}, 0, 0}};
-  const std::vector<Shape> rounds = {
-      {Kind::sphere, {}, .5, 0}, {Kind::capsule, {0, .4, 0}, .3, 0}, {Kind::sphere, {}, .35, 0}, {Kind::capsule, {0, .2, 0}, .4, 0}};
+  const std::vector<Shape> boxes = {{Kind::box, {.5, .5, .5}, 0, 0}, {Kind::box, {.3, .5, .7}, 0, 0},
+                                    {Kind::box, {.4, .4, .4}, 0, 0}, {Kind::box, {.6, .3, .4}, 0, 0}};
+  const std::vector<Shape> rounds = {{Kind::sphere, {}, .5, 0}, {Kind::capsule, {0, .4, 0}, .3, 0},
+                                     {Kind::sphere, {}, .35, 0}, {Kind::capsule, {0, .2, 0}, .4, 0}};
   if (assortment == Assortment::boxes) return boxes;
   if (assortment == Assortment::rounds) return rounds;
   std::vector<Shape> hulls;
@@ -102,7 +103,7 @@ struct Measures {
   double volume, area, curvature;
 };
 
-// Half the sum over edges of their length times the angle that the surface turns by. A hull's volume from its faces.
+// Half the sum over edges of length times the angle between the faces there. A hull's volume comes from its faces.
 Measures measures_of(const Hulls<double>& hulls, int hull) {
   const auto vertex = [&](int corner) {
     const Quad<double>& v = hulls.vertex[hulls.first_vertex[hull] + corner];
@@ -139,7 +140,8 @@ Measures measures_of(const Hulls<double>& hulls, const Shape& shape) {
     case Kind::hull: return measures_of(hulls, shape.hull);
     case Kind::sphere:
     case Kind::capsule:
-      return {4 * pi / 3 * r * r * r + pi * r * r * length, 4 * pi * r * r + 2 * pi * r * length, 4 * pi * r + pi * length};
+      return {4 * pi / 3 * r * r * r + pi * r * r * length, 4 * pi * r * r + 2 * pi * r * length,
+              4 * pi * r + pi * length};
     default: break;
   }
   const double x = 2 * shape.half.x, y = 2 * shape.half.y, z = 2 * shape.half.z;
@@ -148,8 +150,8 @@ Measures measures_of(const Hulls<double>& hulls, const Shape& shape) {
 
 // --- Bodies
 
-void add_body(World<double>& world, const Kit& kit, const Shape& shape, const Vector& offset, const Quaternion<double>& turn = no_rotation,
-              double share_of_mass = 1) {
+void add_body(World<double>& world, const Kit& kit, const Shape& shape, const Vector& offset,
+              const Quaternion<double>& turn = no_rotation, double share_of_mass = 1) {
   begin_body(world, {kit.position + offset, turn, 0}, {}, kit.surface);
   add_shape(world, shape);
   finish_body(world, of_mass(share_of_mass * kit.mass));
@@ -165,30 +167,32 @@ struct Cell {
   double x, z;
 };
 
-// Lays bricks on a ground plan of `side` cells square, its middle at the kit's position. Where `across`, x and z change places.
+// Lays bricks on a square ground plan of `side` cells, whose middle is at the kit's position. `across` swaps x and z.
 struct Mason {
   World<double>& world;
   const Kit& kit;
   int side;
 
-  // A brick, or a part of one: `length` cells along x and `width` along z, from a corner on.
+  // Lays a brick, or a part of one: `length` cells along x and `width` along z, from a corner on.
   void lay(Cell at, double length, double width, int course, bool across) {
     if (across) std::swap(length, width);
     const double x = cell * (at.x + .5 * length - .5 * side), z = cell * (at.z + .5 * width - .5 * side);
-    add_body(world, kit, box_of(.25 * length, .5 * course_height, .25 * width), {x, course_height * (course + .5), z}, no_rotation,
-             .5 * length * width);
+    add_body(world, kit, box_of(.25 * length, .5 * course_height, .25 * width), {x, course_height * (course + .5), z},
+             no_rotation, .5 * length * width);
   }
-  // The four sides of a square, of `bricks` a side, each from one corner to just before the next. Every other course goes the other way
-  // round.
+  // The four sides of a square of `bricks` a side, each from one corner to just before the next. Odd courses go round
+  // the other way.
   void ring(Cell corner, int bricks, int course, int step) {
-    sides(corner, 2 * bricks, 1, course, [&](Cell from, bool across, bool) { row(from, bricks, course, across, step); });
+    sides(corner, 2 * bricks, 1, course,
+          [&](Cell from, bool across, bool) { row(from, bricks, course, across, step); });
   }
   // A straight row, one brick thick, of every step-th brick.
   void row(Cell from, int bricks, int course, bool across, int step) {
     for (int k = 0; k < bricks; k += step) lay(moved(from, 2 * k, 0, across), 2, 1, course, across);
   }
-  // One course of a straight wall two cells thick, in English bond: along the wall in even courses; in odd ones across it, half a cell on,
-  // so that one in two lies on four bricks, and a half of a brick, cut along, at either end.
+  // One course of a straight wall two cells thick, in English bond. Even courses lie along the wall. Odd courses lie
+  // across it, shifted by half a cell, so that one brick in two lies on four others; a half of a brick, cut along,
+  // closes either end.
   void bond(Cell from, int bricks, int course, bool across) {
     if (course % 2 == 0) {
       for (const int inner : {0, 1}) row(moved(from, 0, inner, across), bricks, course, across, 1);
@@ -198,8 +202,8 @@ struct Mason {
     for (int k = 0; k < 2 * bricks - 1; ++k) lay(moved(from, k + .5, 0, across), 1, 2, course, across);
     lay(moved(from, 2 * bricks - .5, 0, across), .5, 2, course, across);
   }
-  // Calls side(from, across, far) for the sides of a square, each `length` cells long and `thick` wide, from one corner to where the next
-  // one begins.
+  // Calls side(from, across, far) for the sides of a square, each `length` cells long and `thick` wide, from one corner
+  // to where the next one begins.
   template <class Side>
   void sides(Cell corner, int length, int thick, int course, Side side) {
     for (const bool across : {false, true}) {
@@ -215,8 +219,11 @@ struct Mason {
 
 constexpr int tower_bricks = 8, tower_courses = 5, keep_bricks = 7, keep_courses = 14;  // courses: more than the walls
 
-// Of a straight wall of that many courses in English bond, with every other brick of one more course on top, along one side.
-double wall_bodies(double courses, double bricks) { return courses * 2 * bricks + std::floor(courses / 2) + std::ceil(bricks / 2); }
+// Bricks of a straight wall of that many courses in English bond, with every other brick of one more course on top,
+// along one side.
+double wall_bodies(double courses, double bricks) {
+  return courses * 2 * bricks + std::floor(courses / 2) + std::ceil(bricks / 2);
+}
 
 }  // namespace
 
@@ -264,7 +271,8 @@ void add_castle(World<double>& world, const Kit& kit, int courses, int bricks) {
   const Cell corner = {.5 * (side - keep), .5 * (side - keep)};
   const int top = courses + keep_courses;
   for (int course = 0; course < top; ++course)
-    mason.sides(corner, 2 * keep_bricks, 2, course, [&](Cell from, bool across, bool) { mason.bond(from, keep_bricks, course, across); });
+    mason.sides(corner, 2 * keep_bricks, 2, course,
+                [&](Cell from, bool across, bool) { mason.bond(from, keep_bricks, course, across); });
   mason.sides(corner, 2 * keep_bricks, 2, top, [&](Cell from, bool across, bool far) {
     mason.row(Mason::moved(from, 0, far ? 1 : 0, across), keep_bricks, top, across, 2);
   });
@@ -282,13 +290,17 @@ void add_dominoes(World<double>& world, const Kit& kit, int count) {
   for (int i = 0; i < count; ++i) add_body(world, kit, box_of(.1, .5, .25), {.5 * i, .5, 0});
 }
 
-void add_pit(World<double>& world, const Kit& kit, Assortment assortment, int count, int across, double from, std::uint64_t seed) {
+void add_pit(World<double>& world, const Kit& kit, Assortment assortment, int count, int across, double from,
+             std::uint64_t seed) {
   const bool with_boxes = assortment == Assortment::boxes || assortment == Assortment::mixed;
   const double spacing = with_boxes ? 1.7 : 1.65, jitter = with_boxes ? .1 : .05;
-  // Eleven boxes across make half a width of 10 m, nine hulls one of 8 m, as in the pits that others measure.
+  // Eleven boxes across fit half a width of 10 m, nine hulls one of 8 m, as in the pits that other engines are measured
+  // with.
   const double half_width = .5 * across * spacing + (with_boxes ? .65 : .575);
   constexpr double height = 40, thickness = 1;
-  const auto fixed = [&](const Vector& offset) { begin_body(world, {kit.position + offset, no_rotation, 0}, {}, kit.surface); };
+  const auto fixed = [&](const Vector& offset) {
+    begin_body(world, {kit.position + offset, no_rotation, 0}, {}, kit.surface);
+  };
   fixed({0, 0, 0});
   add_plane(world);
   finish_body(world, immovable);
@@ -314,7 +326,8 @@ void add_pit(World<double>& world, const Kit& kit, Assortment assortment, int co
   }
 }
 
-void add_soup(World<double>& world, const Kit& kit, Assortment assortment, int count, double overlapping, std::uint64_t seed) {
+void add_soup(World<double>& world, const Kit& kit, Assortment assortment, int count, double overlapping,
+              std::uint64_t seed) {
   Random random{seed};
   const std::vector<Shape> shapes = shapes_of(world, assortment, random);
   Measures mean{0, 0, 0};

@@ -22,7 +22,7 @@ namespace {
 
 using Vector = Vector3<double>;
 
-// An array of beginnings, with one more at its end: whatever is beyond is empty.
+// Sets the end of the last element in an array of beginnings. Whatever is beyond it is empty.
 void put_end(Array<std::int32_t>& first, int count, int end) {
   first.resize(padded(count + 1));
   std::fill(first.begin() + count, first.end(), end);
@@ -30,11 +30,13 @@ void put_end(Array<std::int32_t>& first, int count, int end) {
 
 double length(const Vector& v) { return std::sqrt(dot(v, v)); }
 
-// Newell's normal, of the length of twice the area: exact of flat faces, and the mean of faces that are flat but for rounding.
+// Newell's normal, whose length is twice the area. It is exact for flat faces, and the mean for faces that are flat
+// only to within rounding.
 Vector normal_of(const Face& face, std::span<const Vector> points) {
   Vector sum{0, 0, 0};
   const Vector& origin = points[face[0]];
-  for (std::size_t k = 1; k + 1 < face.size(); ++k) sum = sum + cross(points[face[k]] - origin, points[face[k + 1]] - origin);
+  for (std::size_t k = 1; k + 1 < face.size(); ++k)
+    sum = sum + cross(points[face[k]] - origin, points[face[k + 1]] - origin);
   return sum;
 }
 
@@ -57,7 +59,7 @@ int put_hull(Hulls<double>& hulls, std::span<const Vector> vertices, std::span<c
     const Vector n = normal_of(face, vertices);
     const double scale = 1 / length(n);
     const Vector unit = scale * n;
-    // Through the farthest vertex: then none is outside by more than the rounding of one product.
+    // The plane goes through the farthest vertex. Then no vertex is outside by more than the rounding of one product.
     double distance = dot(unit, vertices[face[0]]);
     for (const Vector& v : vertices) distance = std::max(distance, dot(unit, v));
     put(hulls.plane, face_end++, {unit.x, unit.y, unit.z, distance}, {});
@@ -74,15 +76,15 @@ int put_hull(Hulls<double>& hulls, std::span<const Vector> vertices, std::span<c
 
 namespace {
 
-// Qhull's faces, of points from -1 to 1; empty where it finds them flat.
+// Qhull's faces of points from -1 to 1; none if Qhull finds the points flat.
 std::vector<Face> qhull_faces(std::vector<Vector>& points, const std::string& command) {
   const std::unique_ptr<FILE, int (*)(FILE*)> nowhere(std::fopen("/dev/null", "w"), std::fclose);
   qhT qhull{};
   qhT* qh = &qhull;  // the name that Qhull's macros expect
   qh_zero(qh, nowhere.get());
   std::vector<Face> faces;
-  if (qh_new_qhull(qh, 3, static_cast<int>(points.size()), &points[0].x, False, const_cast<char*>(command.c_str()), nowhere.get(),
-                   nowhere.get()) == 0) {
+  if (qh_new_qhull(qh, 3, static_cast<int>(points.size()), &points[0].x, False, const_cast<char*>(command.c_str()),
+                   nowhere.get(), nowhere.get()) == 0) {
     facetT* facet;
     FORALLfacets {
       Face& face = faces.emplace_back();
@@ -99,10 +101,12 @@ std::vector<Face> qhull_faces(std::vector<Vector>& points, const std::string& co
   return faces;
 }
 
-// How well faces fit the points that they are the hull of.
+// How well faces fit the points whose hull they are.
 struct Fit {
-  double depth = std::numeric_limits<double>::infinity();  // of all points behind a face, the least
-  double error = 0;                                        // how far a point is outside of a face, or a corner beside its own
+  // The least, over faces, of the greatest distance of a point behind the face.
+  double depth = std::numeric_limits<double>::infinity();
+  // The greatest distance of a point outside of a face, or of a corner off its own face.
+  double error = 0;
 };
 
 Fit fit_of(std::span<const Face> faces, std::span<const Vector> points) {
@@ -116,16 +120,17 @@ Fit fit_of(std::span<const Face> faces, std::span<const Vector> points) {
       least = std::min(least, outside);
       fit.error = std::max(fit.error, outside);
     }
-    for (const int corner : face) fit.error = std::max(fit.error, std::abs(scale * dot(n, points[corner] - points[face[0]])));
+    for (const int corner : face)
+      fit.error = std::max(fit.error, std::abs(scale * dot(n, points[corner] - points[face[0]])));
     fit.depth = std::min(fit.depth, -least);
   }
   return fit;
 }
 
-// The faces of the convex hull, of points from -1 to 1; empty where they are flat.
+// The faces of the convex hull of points from -1 to 1; none if the points are flat.
 std::vector<Face> hull_faces(std::vector<Vector>& points) {
-  // C1e-6: when the hull is done, merge what is coplanar to within 1e-6. Where slivers hang together, that may turn a face out of its
-  // plane; then what is merged is only what is coplanar to within rounding.
+  // C1e-6: when the hull is done, Qhull merges faces that are coplanar to within 1e-6. In a chain of slivers that may
+  // turn a face out of its plane. Then Qhull runs again and merges only what is coplanar to within rounding.
   std::vector<Face> faces = qhull_faces(points, "qhull C1e-6");
   if (!(fit_of(faces, points).error <= 2 * hull_error)) faces = qhull_faces(points, "qhull");
   if (!(fit_of(faces, points).depth > 2 * flat)) faces.clear();
@@ -144,7 +149,7 @@ int make_hull(Hulls<double>& hulls, std::span<const Vector3<double>> points) {
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
 
-  // From -1 to 1, wherever and however large: Qhull's tolerances are those of coordinates.
+  // Scaled to -1 .. 1, wherever and however large the hull is, because Qhull's tolerances depend on the coordinates.
   const Vector middle = {.5 * (low.x + high.x), .5 * (low.y + high.y), .5 * (low.z + high.z)};
   const double half_extent = .5 * std::max({high.x - low.x, high.y - low.y, high.z - low.z});
   std::vector<Vector> scaled;
@@ -152,14 +157,16 @@ int make_hull(Hulls<double>& hulls, std::span<const Vector3<double>> points) {
   std::vector<Face> faces = hull_faces(scaled);
   if (faces.empty()) throw wrong("the points are flat");
 
-  // Vertices in the order of the points, faces in the order of their corners, the lowest first: whatever Qhull's order was.
+  // Vertices take the order of the points, and faces the order of their corners, the lowest first. So the hull does not
+  // depend on Qhull's order.
   std::map<int, int> vertex_of;  // point
   for (const Face& face : faces)
     for (const int point : face) vertex_of[point];
   std::vector<Vector> vertices;
   for (auto& [point, vertex] : vertex_of) vertex = static_cast<int>(vertices.size()), vertices.push_back(points[point]);
   if (vertices.size() > most_hull_vertices)
-    throw wrong("a hull of " + std::to_string(vertices.size()) + " vertices, at most " + std::to_string(most_hull_vertices));
+    throw wrong("a hull of " + std::to_string(vertices.size()) + " vertices, at most " +
+                std::to_string(most_hull_vertices));
   for (Face& face : faces) {
     for (int& corner : face) corner = vertex_of[corner];
     std::rotate(face.begin(), std::ranges::min_element(face), face.end());

@@ -17,8 +17,8 @@ void put(Array<T>& array, int at, const T& value, const T& inert) {
 
 using Face = std::vector<int>;  // corners, counterclockwise from outside
 
-// Triangles that are coplanar to within this, relative to the extent of their hull, are one face. Coordinates written with six digits
-// are no better.
+// Triangles that are coplanar to within this, relative to the extent of their hull, are one face. Coordinates written
+// with six digits are no better.
 inline constexpr double flat = 1e-6;
 
 // Appends a hull whose vertices and faces are known. Returns its number.

@@ -1,11 +1,12 @@
 // Contract: moves bodies on by a step dt, s, by semi-implicit Euler.
 //
-// x += v dt; orientations by the midpoint rule; angular velocities such that the angular momentum is kept (common/rigid/spin.h). Bodies
-// move by `moving`, the mean velocities of the step with position correction, m/s and rad/s; bodies.motion are the velocities that they
-// keep. moving[body] is padded to whole vectors, like all arrays of bodies. Static bodies are left as they are.
+// Positions: x += v dt. Orientations: the midpoint rule. Angular velocities keep the angular momentum
+// (common/rigid/spin.h). Bodies move by `moving`, the mean velocities of the step with position correction, m/s and
+// rad/s. bodies.motion has the velocities that they keep. moving[body] is padded to whole vectors, like all arrays of
+// bodies. Static bodies do not change.
 //
 // In: moving, dt, bodies.inverse_mass. In, out: bodies.pose, bodies.motion.
-// Source:  [LRB08] "Rigid Body Simulation": velocity and position by integrating F = m a.
+// Source: [LRB08] "Rigid Body Simulation": velocity and position by integrating F = m a.
 #pragma once
 
 #include <span>

@@ -18,7 +18,7 @@ double bytes_per_pair() {
 }
 
 void require_contacts_fit(double pairs, double room) {
-  constexpr double surely_fits = 1e8;  // bytes: to ask the system takes longer than to find so few pairs
+  constexpr double surely_fits = 1e8;  // bytes: asking the system takes longer than finding so few pairs
   const double bytes = bytes_per_pair() * pairs;
   if (pairs <= room || bytes < surely_fits) return;
   char text[64];

@@ -55,8 +55,9 @@ World<double> make_world() {
   for (const double z : {-1., 1.})
     for (const double y : {-1., 1.})
       for (const double x : {-1., 1.}) cube.push_back({x, y, z});
-  // -x, +x, -y, +y, -z, +z
-  put_hull(world.hulls, cube, std::vector<Face>{{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}});
+  // faces: -x, +x, -y, +y, -z, +z
+  put_hull(world.hulls, cube,
+           std::vector<Face>{{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}});
   return world;
 }
 
@@ -83,7 +84,9 @@ void add_box(World<double>& world, const Vector3<double>& half, const Pose<doubl
   add_collider(world, Kind::box, cube_hull, {half.x, half.y, half.z, 0}, local);
 }
 
-void add_hull(World<double>& world, int hull, const Pose<double>& local) { add_collider(world, Kind::hull, hull, {1, 1, 1, 0}, local); }
+void add_hull(World<double>& world, int hull, const Pose<double>& local) {
+  add_collider(world, Kind::hull, hull, {1, 1, 1, 0}, local);
+}
 
 void add_plane(World<double>& world, const Pose<double>& local) { add_collider(world, Kind::plane, -1, {}, local); }
 
@@ -95,11 +98,12 @@ void add_mesh(World<double>& world, const Mesh& mesh, const Pose<double>& local)
     const Vector ab = q - p, ac = r - p, normal = cross(ab, ac);
     if (!(dot(normal, normal) > flat * flat * dot(ab, ab) * dot(ac, ac)))
       throw std::invalid_argument("triangle " + std::to_string(t + 1) + " is thinner than a plane needs");
-    // Around its own middle, so that float keeps its shape wherever in the mesh it is.
-    const Vector middle = .5 * (Vector{std::min({p.x, q.x, r.x}), std::min({p.y, q.y, r.y}), std::min({p.z, q.z, r.z})} +
-                                Vector{std::max({p.x, q.x, r.x}), std::max({p.y, q.y, r.y}), std::max({p.z, q.z, r.z})});
-    const int hull =
-        put_hull(world.hulls, std::vector<Vector>{p - middle, q - middle, r - middle}, std::vector<Face>{{0, 1, 2}, {0, 2, 1}});
+    // The hull is around its own middle, so that float keeps its shape far from the mesh's origin, too.
+    const Vector middle =
+        .5 * (Vector{std::min({p.x, q.x, r.x}), std::min({p.y, q.y, r.y}), std::min({p.z, q.z, r.z})} +
+              Vector{std::max({p.x, q.x, r.x}), std::max({p.y, q.y, r.y}), std::max({p.z, q.z, r.z})});
+    const int hull = put_hull(world.hulls, std::vector<Vector>{p - middle, q - middle, r - middle},
+                              std::vector<Face>{{0, 1, 2}, {0, 2, 1}});
     add_collider(world, Kind::triangle, hull, {1, 1, 1, 0}, {local.position + turn * middle, local.orientation, 0});
   }
 }

@@ -1,9 +1,10 @@
 // Mass, inertia and principal axes of bodies, from the solids that their colliders are.
 //
-// Spheres, capsules and boxes have closed forms. A hull is cut into tetrahedra. A body's colliders count as solids of one density that do
-// not overlap; their inertias add up at the common centre (parallel axes).
+// Spheres, capsules and boxes have closed forms. A hull is cut into tetrahedra. A body's colliders count as solids of
+// one density that do not overlap; their inertias add up at the common centre (parallel axes).
 
-// Eigen calls fused multiply-adds where the machine has them. Without its lanes, a world has the same bits on every machine.
+// Without Eigen's lanes a world has the same bits on every machine: Eigen calls fused multiply-adds where a machine has
+// them.
 #define EIGEN_DONT_VECTORIZE
 #include <algorithm>
 #include <cmath>
@@ -21,7 +22,7 @@ namespace {
 using Vector = Vector3<double>;
 using Matrix = Eigen::Matrix3d;
 
-// Of a solid of density 1: its volume, m^3, centre, m, and inertia about the centre, kg m^2.
+// A solid of density 1: volume, m^3, centre, m, and inertia about the centre, kg m^2.
 struct Solid {
   double volume;
   Eigen::Vector3d centre;
@@ -32,9 +33,9 @@ Eigen::Vector3d eigen(const Vector& v) { return {v.x, v.y, v.z}; }
 Vector plain(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 Eigen::Quaterniond eigen(const Quaternion<double>& q) { return {q.w, q.x, q.y, q.z}; }
 
-// From second moments (the integral of x x^T) to inertia.
+// Inertia from second moments (the integral of x x^T).
 Matrix inertia_of(const Matrix& moments) { return moments.trace() * Matrix::Identity() - moments; }
-// What a mass 1 at an offset has.
+// The inertia of a mass 1 at an offset.
 Matrix inertia_at(const Eigen::Vector3d& offset) { return inertia_of(offset * offset.transpose()); }
 
 Solid sphere_solid(double r) {
@@ -42,9 +43,11 @@ Solid sphere_solid(double r) {
   return {volume, {0, 0, 0}, .4 * volume * r * r * Matrix::Identity()};
 }
 
-// A cylinder and two half balls. The centre of a half ball is 3/8 r from its disc, 83/320 m r^2 its inertia about it, across.
+// A cylinder and two half balls. A half ball's centre is 3/8 r from its disc. Its inertia about an axis through that
+// centre, parallel to the disc, is 83/320 m r^2.
 Solid capsule_solid(double h, double r) {
-  const double cylinder = 2 * std::numbers::pi * r * r * h, balls = 4 * std::numbers::pi / 3 * r * r * r, arm = h + .375 * r;
+  const double cylinder = 2 * std::numbers::pi * r * r * h, balls = 4 * std::numbers::pi / 3 * r * r * r,
+               arm = h + .375 * r;
   const double along = (.5 * cylinder + .4 * balls) * r * r;
   const double across = cylinder * (.25 * r * r + h * h / 3) + balls * (83. / 320 * r * r + arm * arm);
   return {cylinder + balls, {0, 0, 0}, Eigen::Vector3d(across, along, across).asDiagonal()};
@@ -56,8 +59,8 @@ Solid box_solid(const Quad<double>& half) {
   return {volume, {0, 0, 0}, inertia_of(volume / 3 * Matrix(squares.asDiagonal()))};
 }
 
-// The hull cut into tetrahedra, from the middle of its box to triangles of its faces. Of the tetrahedron 0 a b c, of volume V, the
-// second moments are V / 20 (a a^T + b b^T + c c^T + s s^T), s = a + b + c.
+// The hull is cut into tetrahedra, from the middle of its box to triangles of its faces. A tetrahedron 0 a b c of
+// volume V has the second moments V / 20 (a a^T + b b^T + c c^T + s s^T), s = a + b + c.
 Solid hull_solid(const Hulls<double>& hulls, int hull) {
   const Quad<double>& c = hulls.centre[hull];
   const Eigen::Vector3d middle(c.x, c.y, c.z);
@@ -82,7 +85,7 @@ Solid hull_solid(const Hulls<double>& hulls, int hull) {
   return {volume, middle + offset, inertia_of(second) - volume * inertia_at(offset)};
 }
 
-// Of a collider, in its own axes.
+// The solid of a collider, in the collider's axes.
 Solid shape_solid(const World<double>& world, int collider) {
   const Quad<double>& size = world.colliders.size[collider];
   switch (static_cast<Kind>(world.colliders.kind[collider])) {
@@ -96,7 +99,7 @@ Solid shape_solid(const World<double>& world, int collider) {
   throw std::invalid_argument("a body with a plane or a mesh cannot move");
 }
 
-// Of a collider, in the axes of its body.
+// The solid of a collider, in the axes of its body.
 Solid solid_of(const World<double>& world, int collider) {
   const Solid solid = shape_solid(world, collider);
   const Pose<double>& local = world.colliders.local[collider];
@@ -104,7 +107,7 @@ Solid solid_of(const World<double>& world, int collider) {
   return {solid.volume, eigen(local.position) + turn * solid.centre, turn * solid.inertia * turn.transpose()};
 }
 
-// All colliders from the first on, as if apart.
+// The solid of all colliders from the first on, as if they did not overlap.
 Solid solid_of_all(const World<double>& world, int first_collider) {
   std::vector<Solid> solids;
   for (int i = first_collider; i < world.colliders.count; ++i) solids.push_back(solid_of(world, i));
@@ -115,10 +118,10 @@ Solid solid_of_all(const World<double>& world, int first_collider) {
   return all;
 }
 
-// Of the sums above, for up to thousands of colliders: their rounding is about the number of terms times 1e-16.
+// Rounding of the sums above, relative, for up to thousands of colliders: about the number of terms times 1e-16.
 constexpr double rounding = 1e-12;
 
-// The turn from the body's axes to principal axes: none where they are principal already.
+// The rotation from the body's axes to principal axes. It is none if they are principal already.
 Eigen::Quaterniond principal_axes(const Matrix& inertia) {
   const double off = std::max({std::abs(inertia(0, 1)), std::abs(inertia(0, 2)), std::abs(inertia(1, 2))});
   if (off <= rounding * inertia.trace()) return Eigen::Quaterniond::Identity();
@@ -127,8 +130,9 @@ Eigen::Quaterniond principal_axes(const Matrix& inertia) {
   return Eigen::Quaterniond(axes).normalized();
 }
 
-// The body's origin moves to an offset, its axes turn, and its colliders stay.
-void move_origin(World<double>& world, int body, int first_collider, const Eigen::Vector3d& offset, const Eigen::Quaterniond& turn) {
+// Moves the body's origin to an offset and turns its axes. The colliders stay where they are in the world.
+void move_origin(World<double>& world, int body, int first_collider, const Eigen::Vector3d& offset,
+                 const Eigen::Quaterniond& turn) {
   const auto to_plain = [](const Eigen::Quaterniond& q) { return Quaternion<double>{q.x(), q.y(), q.z(), q.w()}; };
   Pose<double>& pose = world.bodies.pose[body];
   Motion<double>& motion = world.bodies.motion[body];
@@ -150,7 +154,7 @@ void finish_body(World<double>& world, const Heaviness& heaviness) {
   const int body = world.bodies.count - 1;
   int first = world.colliders.count;
   while (first > 0 && world.colliders.body[first - 1] == body) --first;
-  if (heaviness.mass == 0 && heaviness.density == 0) return;  // static, and as it is
+  if (heaviness.mass == 0 && heaviness.density == 0) return;  // static: nothing to compute
 
   if (first == world.colliders.count) throw std::invalid_argument("a body without a shape cannot move");
   const Solid solid = solid_of_all(world, first);
@@ -158,7 +162,8 @@ void finish_body(World<double>& world, const Heaviness& heaviness) {
   const Eigen::Quaterniond turn = principal_axes(solid.inertia);
   const Matrix axes = turn.toRotationMatrix();
   const Eigen::Vector3d principal = density * (axes.transpose() * solid.inertia * axes).diagonal();
-  world.bodies.inverse_mass[body] = {1 / principal.x(), 1 / principal.y(), 1 / principal.z(), 1 / (density * solid.volume)};
+  world.bodies.inverse_mass[body] = {1 / principal.x(), 1 / principal.y(), 1 / principal.z(),
+                                     1 / (density * solid.volume)};
   for (int i = first; i < world.colliders.count; ++i) world.colliders.group[i] = body;
 
   const bool centred = solid.centre.norm() <= rounding * std::cbrt(solid.volume);

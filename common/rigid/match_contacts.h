@@ -1,13 +1,14 @@
 // Contract: finds the impulses of the last step for the contacts of this one.
 //
-// A point is the same as one of the last step if the same two colliders have it and its feature is the same. A point whose feature
-// no point of the last step has takes the nearest of those left over, if that is within `same_place`. Where two corners coincide, as
-// in a stack of equal boxes, rounding decides from step to step which of them is the point; without this rule a tower of ten lost
-// its impulses often enough to sway and fall. The impulses are where the solver starts; those of a new point are 0.
+// A point is the same as one of the last step if the same two colliders have it and its feature is the same. A point
+// with a new feature takes the nearest of the points left over, if that is within `same_place`. Where two corners
+// coincide, as in a stack of equal boxes, rounding decides from step to step which of them is the point. Without this
+// rule a tower of ten lost its impulses often enough to sway and fall. The solver starts with these impulses (warm
+// start). New points start with 0.
 //
-// In: the manifolds and impulses of the last step, and the manifolds of this one, each in the order of pairs, each pair once.
-// Out: impulses, of every manifold, 0 for points that are not there. Source: [LRB08] "Rigid Body Simulation" leaves it open; Catto,
-// Iterative Dynamics with Temporal Coherence (GDC 2005).
+// In: the manifolds and impulses of the last step, and the manifolds of this one. Both are in the order of pairs, each
+// pair once. Out: the impulses of every manifold, 0 for points that are not there. Source: [LRB08] "Rigid Body
+// Simulation" leaves it open; Catto, Iterative Dynamics with Temporal Coherence (GDC 2005).
 #pragma once
 
 #include <span>

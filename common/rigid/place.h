@@ -1,4 +1,5 @@
-// Where a collider is, and the box around it. For T a scalar or floatv, in the same order of operations.
+// The pose of a collider in the world, and the box around it. For T a scalar or floatv, in the same order of
+// operations.
 #pragma once
 
 #include "common/rigid/world.h"
@@ -11,8 +12,9 @@ inline Pose<T> in_world(const Pose<T>& body, const Pose<T>& local) {
   return {body.position + matrix_of(body.orientation) * local.position, body.orientation * local.orientation, T(0)};
 }
 
-// The box around a turned box: along a world axis it reaches as far as the half sides together, each times its share of that axis.
-// `centre` and `half` are of the hull's own box before `scale`, m; `widening` is the radius plus the margin, m.
+// The box around a turned box. Its extent along a world axis is the sum of the half sides, each times the absolute
+// value of its component along that axis. `centre` and `half` are those of the hull's own box before `scale`, m;
+// `widening` is the radius plus the margin, m.
 template <class T>
 inline spatial::Box<T> box_around(const Pose<T>& pose, const Quad<T>& scale, const Quad<T>& centre, const Quad<T>& half,
                                   const T& widening) {
@@ -20,8 +22,8 @@ inline spatial::Box<T> box_around(const Pose<T>& pose, const Quad<T>& scale, con
   const Vector3<T> middle = pose.position + m * Vector3<T>{scale.x * centre.x, scale.y * centre.y, scale.z * centre.z};
   const Matrix3<T> reach = {
       {abs(m.x.x), abs(m.x.y), abs(m.x.z)}, {abs(m.y.x), abs(m.y.y), abs(m.y.z)}, {abs(m.z.x), abs(m.z.y), abs(m.z.z)}};
-  const Vector3<T> extent =
-      reach * Vector3<T>{scale.x * half.x, scale.y * half.y, scale.z * half.z} + Vector3<T>{widening, widening, widening};
+  const Vector3<T> extent = reach * Vector3<T>{scale.x * half.x, scale.y * half.y, scale.z * half.z} +
+                            Vector3<T>{widening, widening, widening};
   return {middle - extent, middle + extent};
 }
 

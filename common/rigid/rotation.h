@@ -1,4 +1,5 @@
-// Rotations: unit quaternions, what they do to vectors, and where a body is. For T a scalar or floatv, in the same order of operations.
+// Rotations: unit quaternions, how they turn vectors, and poses. For T a scalar or floatv, in the same order of
+// operations.
 #pragma once
 
 #include "common/vector3.h"
@@ -34,20 +35,23 @@ inline Matrix3<T> matrix_of(const Quaternion<T>& q) {
   const T xx = q.x * x2, yy = q.y * y2, zz = q.z * z2;
   const T xy = q.x * y2, xz = q.x * z2, yz = q.y * z2;
   const T wx = q.w * x2, wy = q.w * y2, wz = q.w * z2;
-  return {{one - (yy + zz), xy + wz, xz - wy}, {xy - wz, one - (xx + zz), yz + wx}, {xz + wy, yz - wx, one - (xx + yy)}};
+  return {
+      {one - (yy + zz), xy + wz, xz - wy}, {xy - wz, one - (xx + zz), yz + wx}, {xz + wy, yz - wx, one - (xx + yy)}};
 }
 
-// M v, and the transpose of M times v: of a rotation, its inverse.
+// M v, and the transpose of M times v. The transpose of a rotation is its inverse.
 template <class T>
 inline Vector3<T> operator*(const Matrix3<T>& m, const Vector3<T>& v) {
-  return {m.x.x * v.x + m.y.x * v.y + m.z.x * v.z, m.x.y * v.x + m.y.y * v.y + m.z.y * v.z, m.x.z * v.x + m.y.z * v.y + m.z.z * v.z};
+  return {m.x.x * v.x + m.y.x * v.y + m.z.x * v.z, m.x.y * v.x + m.y.y * v.y + m.z.y * v.z,
+          m.x.z * v.x + m.y.z * v.y + m.z.z * v.z};
 }
 template <class T>
 inline Vector3<T> transposed_times(const Matrix3<T>& m, const Vector3<T>& v) {
   return {dot(m.x, v), dot(m.y, v), dot(m.z, v)};
 }
 
-// Where a body or a collider is: position of its origin, m, and its orientation. A record of eight, which lanes load whole.
+// The pose of a body or a collider: position of its origin, m, and orientation. Lanes load the record of eight numbers
+// whole.
 template <class T>
 struct alignas(8 * sizeof(T)) Pose {
   Vector3<T> position;

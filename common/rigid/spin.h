@@ -1,16 +1,16 @@
 // How a free body moves in a step, for T a scalar or sixteen lanes.
 //
-// Without a torque the angular momentum L is constant, and the angular velocity w = I^-1 L changes as the axes of inertia turn: the
-// gyroscopic term w x I w. A step turns the body by the w of its middle (midpoint rule, second order) and computes w anew from the same L.
-// So L is kept to within rounding, whatever the step.
+// Without a torque the angular momentum L is constant. The angular velocity w = I^-1 L changes as the axes of inertia
+// turn: the gyroscopic term w x I w. A step turns the body by the w of its middle (midpoint rule, second order) and
+// computes w anew from the same L. So L is kept to within rounding for any step.
 #pragma once
 
 #include "common/rigid/world.h"
 
 namespace lockstep::rigid {
 
-// The orientation after turning by `angle`, rad, along the world's axes: q + angle q / 2, normalised. Second order: the angle turned by is
-// 2 atan(|angle| / 2).
+// The orientation after turning by `angle`, rad, along the world's axes: q + angle q / 2, normalised. Second order: the
+// angle turned by is 2 atan(|angle| / 2).
 template <class T>
 inline Quaternion<T> turned_by(const Vector3<T>& angle, const Quaternion<T>& q) {
   const Vector3<T> half = T(.5f) * angle;
@@ -34,16 +34,18 @@ inline Vector3<T> momentum_of_velocity(const Quaternion<T>& q, const Vector3<T>&
   return r * Vector3<T>{local.x / inverse.x, local.y / inverse.y, local.z / inverse.z};
 }
 
-// The w whose momentum_of_velocity is L: I^-1 L with one step of iterative refinement. A quaternion's length is off by a rounding, so its
-// matrix is no exact rotation, and I^-1 L alone would change L by as much (3.4 u a step). A free body turns by about the same angle in each
-// step; the rounding is then the same in each step, too, and adds up.
+// The w whose momentum_of_velocity is L: I^-1 L with one step of iterative refinement. A quaternion's length is off by
+// a rounding, so its matrix is no exact rotation. I^-1 L alone would change L by as much (3.4 u a step). A free body
+// turns by about the same angle in each step. Then the rounding is the same in each step, too, and adds up.
 template <class T>
-inline Vector3<T> velocity_keeping_momentum(const Quaternion<T>& q, const Vector3<T>& inverse, const Vector3<T>& momentum) {
+inline Vector3<T> velocity_keeping_momentum(const Quaternion<T>& q, const Vector3<T>& inverse,
+                                            const Vector3<T>& momentum) {
   const Vector3<T> velocity = velocity_of_momentum(q, inverse, momentum);
   return velocity + velocity_of_momentum(q, inverse, momentum - momentum_of_velocity(q, inverse, velocity));
 }
 
-// Moves a body on by dt with the velocities `mean`, and gives `motion` the angular velocity that keeps its own angular momentum.
+// Moves a body by dt with the velocities `mean`. Gives `motion` the angular velocity that keeps its own angular
+// momentum.
 template <class T>
 inline void advance(const Quad<T>& inverse_mass, const Motion<T>& mean, const T& dt, Pose<T>& pose, Motion<T>& motion) {
   const Vector3<T> inverse = vector_of(inverse_mass);

@@ -17,15 +17,16 @@
 
 namespace lockstep::rigid {
 
-inline constexpr std::array phase_names = {"place", "broad phase", "narrow phase", "match", "reorder", "solve", "advance"};
+inline constexpr std::array phase_names = {"place",   "broad phase", "narrow phase", "match",
+                                           "reorder", "solve",       "advance"};
 inline constexpr int phases = static_cast<int>(phase_names.size());
 
 struct StepSettings {
-  double margin = .01;  // m: contacts are known before they touch, so that the solver can stop bodies at the surface
+  double margin = .01;  // m: contacts are found before they touch, so that the solver can stop bodies at the surface
   SolverSettings solver;
 };
 
-// What a step leaves for the next one and for those who look on. All empty before the first.
+// What a step keeps for the next one and for observers. All of it is empty before the first step.
 template <class Real>
 struct StepMemory {
   Array<Pose<Real>> placed;

@@ -1,10 +1,11 @@
-// The state of rigid bodies: bodies that move, colliders fixed to them that have a shape, and the hulls that shapes are made of.
+// The state of rigid bodies: bodies that move, colliders that are fixed to them and have a shape, and the hulls of
+// these shapes.
 //
-// All convex shapes are one thing, a hull scaled along its axes and rounded by a radius: a sphere is a point, a capsule a segment, a box a
-// cube. Compounds are bodies with several colliders; a triangle mesh is a static body with a collider a triangle ([LRB08] "Collision
-// Detection" names both ways for shapes that are not convex).
+// Every convex shape is a hull, scaled along its axes and rounded by a radius: a sphere is a point, a capsule a
+// segment, a box a cube. Compounds are bodies with several colliders. A triangle mesh is a static body with one
+// collider per triangle ([LRB08] "Collision Detection" names both ways for shapes that are not convex).
 //
-// Owner of all arrays: the World. Elements beyond the counts are padding for lanes, which nothing depends on.
+// The World owns all arrays. Elements beyond the counts are padding for lanes, which no result depends on.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +28,7 @@ inline Vector3<T> vector_of(const Quad<T>& quad) {
   return {quad.x, quad.y, quad.z};
 }
 
-// How a body moves: m/s, of its centre of mass, and rad/s, both along the axes of the world.
+// The velocity of a body's centre of mass, m/s, and its angular velocity, rad/s, both along the axes of the world.
 template <class Real>
 struct alignas(8 * sizeof(Real)) Motion {
   Vector3<Real> velocity;
@@ -40,7 +41,8 @@ struct Bodies {
   int count = 0;
   Array<Pose<Real>> pose;          // [body]: of the centre of mass; the axes are the principal axes of inertia
   Array<Motion<Real>> motion;      // [body]
-  Array<Quad<Real>> inverse_mass;  // [body]: x y z of inertia about the axes, 1 / (kg m^2), and w of mass, 1 / kg; all 0 of a static body
+  Array<Quad<Real>> inverse_mass;  // [body]: x y z: of inertia about the axes, 1 / (kg m^2); w: of mass, 1 / kg;
+                                   //   all 0 for a static body
   Array<Real> friction;            // [body]: >= 0; of a contact, sqrt(of one times of the other)
   Array<Real> restitution;         // [body]: 0 .. 1; of a contact, the larger
 };
@@ -48,7 +50,7 @@ struct Bodies {
 enum class Kind : std::int32_t { sphere, capsule, box, hull, triangle, plane };
 inline constexpr int kinds = 6;
 
-// Colliders of a body stand together, and bodies are in order.
+// The colliders of a body stand together, in the order of bodies.
 template <class Real>
 struct Colliders {
   int count = 0;
@@ -58,14 +60,16 @@ struct Colliders {
   Array<Pose<Real>> local;    // [collider]: relative to the body
   Array<std::int32_t> hull;   // [collider]: which hull it is; a plane has none, -1
   Array<Quad<Real>> size;     // [collider]: x y z: the hull's scale along its axes; w: the radius it is rounded by, m.
-                              //   sphere 0 0 0 r; capsule 0 h 0 r (h: half the segment, along y); box: half sides and 0;
-                              //   hull and triangle 1 1 1 0; plane 0 0 0 0: what is below its local y = 0 is solid
+                              //   sphere 0 0 0 r; capsule 0 h 0 r (h: half the segment, along y);
+                              //   box: half sides and 0; hull and triangle 1 1 1 0;
+                              //   plane 0 0 0 0: what is below its local y = 0 is solid
 };
 
-// Hulls side by side: hull h has vertices first_vertex[h] .. first_vertex[h + 1] - 1 and faces first_face[h] .. first_face[h + 1] - 1,
-// face f the corners first_corner[f] .. first_corner[f + 1] - 1, counterclockwise from outside. Corners are numbered within their hull.
-// Hulls 0, 1 and 2 are the point, the segment from -y to +y and the cube, all of half size 1. The point and the segment have no face; a
-// triangle has two, one a side.
+// All hulls, one behind the other. Hull h has vertices first_vertex[h] .. first_vertex[h + 1] - 1 and faces
+// first_face[h] .. first_face[h + 1] - 1. Face f has corners first_corner[f] .. first_corner[f + 1] - 1,
+// counterclockwise from outside. Corners are numbered within their hull. Hulls 0, 1 and 2 are the point, the segment
+// from -y to +y and the cube, all of half size 1. The point and the segment have no face. A triangle has two, one per
+// side.
 template <class Real>
 struct Hulls {
   int count = 0;
@@ -80,7 +84,8 @@ struct Hulls {
   int faces(int hull) const { return first_face[hull + 1] - first_face[hull]; }
 };
 inline constexpr int point_hull = 0, segment_hull = 1, cube_hull = 2;
-// Whether a hull fills the box around it, so that this turned is no larger than need be.
+// Whether a hull fills the box around it. If so, the box around this turned box is as tight as the one around the
+// turned hull.
 template <class I>
 inline auto fills_its_box(const I& hull) {
   return hull <= cube_hull;
@@ -94,7 +99,7 @@ struct World {
   Hulls<Real> hulls;
 };
 
-// What the narrow phase reads of a world: the shapes, and where place_colliders put them.
+// What the narrow phase reads of a world: the shapes, and their poses from place_colliders.
 template <class Real>
 struct Placed {
   const Colliders<Real>& colliders;

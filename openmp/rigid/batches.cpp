@@ -1,8 +1,9 @@
-// Contacts put into batches without conflicts.
+// Puts contacts into batches without conflicts.
 //
-// Which batch a contact joins depends on every earlier one at its bodies, and so on: a chain through the whole pile. One form shares out
-// the reading of contacts alone, the other one the choice of batches, too (openmp/batches.h). Piles are numbered layer by layer, upwards,
-// and chains climb with the numbers; it is shared out across x. What it costs, and from where on it pays: notes/batches.md.
+// Which batch a contact joins depends on every earlier contact at its bodies, and so on: a chain through the whole
+// pile. `batches` reads contacts in parallel and chooses in sequence. `batches_parallel` makes the choice in parallel,
+// too (openmp/batches.h). Its slabs lie across x, because piles are numbered layer by layer upwards, and chains climb
+// with the numbers. Costs, and where it would pay: notes/batches.md.
 //
 // Source: [LRB08] Figure 13. The contract stands in common/rigid/batches.h, the rule in common/batches.cpp.
 #include "common/rigid/batches.h"
@@ -21,10 +22,11 @@ struct Constraints {
   std::vector<char> movable;       // [body]
 };
 
-Constraints constraints_of(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body, const Bodies<Real>& bodies) {
+Constraints constraints_of(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
+                           const Bodies<Real>& bodies) {
   const int contacts = static_cast<int>(manifolds.size());
   std::vector<std::int32_t> a(contacts), b(contacts);
-  // Every contact is one thread's.
+  // Each contact belongs to one thread.
 #pragma omp parallel for schedule(static)
   for (int k = 0; k < contacts; ++k) {
     a[k] = body[manifolds[k].a];
@@ -37,7 +39,8 @@ Constraints constraints_of(std::span<const Manifold<Real>> manifolds, std::span<
 
 }  // namespace
 
-Batches batches(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body, const Bodies<Real>& bodies) {
+Batches batches(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
+                const Bodies<Real>& bodies) {
   const auto [a, b, movable] = constraints_of(manifolds, body, bodies);
   return make_batches(a, b, movable);
 }
@@ -45,7 +48,8 @@ Batches batches(std::span<const Manifold<Real>> manifolds, std::span<const std::
 Batches batches_parallel(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
                                   const Bodies<Real>& bodies) {
   const auto [a, b, movable] = constraints_of(manifolds, body, bodies);
-  return lockstep::openmp::make_batches_in_parallel(a, b, movable, [&](int i) { return spatial::openmp::key_of(bodies.pose[i].position.x); });
+  return lockstep::openmp::make_batches_in_parallel(
+      a, b, movable, [&](int i) { return spatial::openmp::key_of(bodies.pose[i].position.x); });
 }
 
 }  // namespace lockstep::rigid::openmp

@@ -1,18 +1,19 @@
-// Solves contacts: finds impulses that keep bodies from moving into one another, and friction that holds or slows them.
+// Solves contacts: finds impulses that keep bodies apart, and friction that holds or slows them.
 //
-// The algorithm, and its serial form, stand in serial/rigid/contact_solver.cpp. Contacts of a batch share no body that moves, so their
-// order does not matter: sixteen of them are solved at once, one a lane, and a batch's vectors on all threads. A barrier stands between
-// batches. A contact's numbers are put into vectors once a step, in the order of the batches; lanes load and store a body's velocity as a
-// whole record.
+// The algorithm and its serial form stand in serial/rigid/contact_solver.cpp. Contacts of a batch share no body that
+// moves, so their order does not matter. Sixteen of them are solved at once, one per lane, and all threads share a
+// batch's vectors. A barrier stands between batches. A contact's numbers are put into vectors once a step, in the order
+// of the batches. Lanes load and store a body's velocity as a whole record.
 //
-// Batches shrink: the last ones hold a few contacts each. Several small batches in a row are one thread's, which needs no barrier between
-// them.
+// The last batches hold a few contacts each. One thread takes several small batches in a row, which needs no barrier
+// between them.
 //
-// In the original order a contact waits for the one before it at either of its bodies. Contacts that wait for none are level 0, those that
-// wait for level 0 alone are level 1, and so on. Levels are batches, too, and keep the order wherever it matters.
+// In the original order a contact waits for the one before it at either of its bodies. Contacts that wait for none are
+// level 0, those that wait for level 0 alone are level 1, and so on. Levels are batches, too, and keep the order
+// wherever it matters.
 //
-// Source: [LRB08] Figures 12 and 13; [ITJ07] Figures 2 to 5. The contract stands in common/rigid/contact_solver.h, the formulas in
-// common/rigid/contact_row.h.
+// Source: [LRB08] Figures 12 and 13; [ITJ07] Figures 2 to 5. The contract stands in common/rigid/contact_solver.h, the
+// formulas in common/rigid/contact_row.h.
 #include "common/rigid/contact_solver.h"
 
 #include <algorithm>
@@ -27,13 +28,15 @@
 namespace lockstep::rigid::openmp {
 namespace {
 
-// What contacts read and write of a body, in one cache line: its velocity, and how far it has moved since the step began.
+// What contacts read and write of a body, in one cache line: its velocity, and how far it has moved since the step
+// began.
 struct alignas(array_alignment) BodyState {
   Motion<Real> motion, moved;
 };
 constexpr int records_of_body = sizeof(BodyState) / sizeof(Motion<Real>);
 
-// Sixteen contacts of one batch, or what is left of it. Lanes without a contact repeat the first one, have no point and move no body.
+// Sixteen contacts of one batch, or the rest of it. Lanes without a contact repeat the first one. They have no point
+// and move no body.
 struct Contacts {
   Indices index, a, b;  // manifolds; bodies' records in the array of BodyStates
   std::uint16_t has_point[most_points], a_moves, b_moves;  // a bit a lane
@@ -62,9 +65,10 @@ void store_part(std::span<Struct> structs, const Indices& index, int part, const
   store_records(reinterpret_cast<Real*>(structs.data()), records.index, values, mask);
 }
 
-// Up to sixteen contacts of a batch: which manifolds and bodies they are, and in which lanes there are points and bodies that move.
-void assign_lanes(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> order, std::span<const std::int32_t> body,
-                  const Bodies<Real>& bodies, Contacts& contacts) {
+// Assigns up to sixteen contacts of a batch to lanes: their manifolds and bodies, and which lanes have points and
+// bodies that move.
+void assign_lanes(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> order,
+                  std::span<const std::int32_t> body, const Bodies<Real>& bodies, Contacts& contacts) {
   std::int32_t count[lanes];
   std::uint32_t a_moves = 0, b_moves = 0;
   for (int l = 0; l < lanes; ++l) {
@@ -80,30 +84,35 @@ void assign_lanes(std::span<const Manifold<Real>> manifolds, std::span<const std
 }
 
 void make_contacts(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> order, Real bounce_from,
-                   std::span<const std::int32_t> body, const Bodies<Real>& bodies, std::span<const Impulses<Real>> impulses,
-                   Contacts& contacts) {
+                   std::span<const std::int32_t> body, const Bodies<Real>& bodies,
+                   std::span<const Impulses<Real>> impulses, Contacts& contacts) {
   assign_lanes(manifolds, order, body, bodies, contacts);
   const ContactBody<floatv> a = load_body(bodies, contacts.a), b = load_body(bodies, contacts.b);
   ContactConstraint<floatv>& c = contacts.constraint;
   const Records head = load_part(manifolds, contacts.index, 0);
   make_constraint({head.field[0], head.field[1], head.field[2]}, a, b, c);
-  const Records normals_and_tangents = load_part(impulses, contacts.index, 0), bitangents = load_part(impulses, contacts.index, 1);
+  const Records normals_and_tangents = load_part(impulses, contacts.index, 0),
+                bitangents = load_part(impulses, contacts.index, 1);
   for (int k = 0; k < most_points && contacts.has_point[k] != 0; ++k) {
     const Records two_points = load_part(manifolds, contacts.index, 1 + k / 2);
     const floatv* field = two_points.field + 4 * (k % 2);
-    const PointImpulse<floatv> impulse = {normals_and_tangents.field[k], normals_and_tangents.field[most_points + k], bitangents.field[k]};
+    const PointImpulse<floatv> impulse = {normals_and_tangents.field[k], normals_and_tangents.field[most_points + k],
+                                          bitangents.field[k]};
     make_point<floatv>(c, a, b, {{field[0], field[1], field[2]}, field[3]}, impulse, bounce_from, c.point[k]);
   }
-  contacts.a = indices_of(load(contacts.a.index) * records_of_body), contacts.b = indices_of(load(contacts.b.index) * records_of_body);
+  contacts.a = indices_of(load(contacts.a.index) * records_of_body);
+  contacts.b = indices_of(load(contacts.b.index) * records_of_body);
 }
 
-// Points that are not there get 0, which match_contacts gave them, too.
+// Points that are not there get 0, as in match_contacts.
 void store_impulses(const Contacts& contacts, std::span<Impulses<Real>> impulses) {
   Records normals_and_tangents, bitangents;
   for (int k = 0; k < most_points; ++k) {
     const maskv has_point = lanes_of(contacts.has_point[k]);
     const ConstraintPoint<floatv>& p = contacts.constraint.point[k];
-    const auto impulse = [&](const Row<floatv>& row) { return any(has_point) ? select(has_point, row.impulse, 0.f) : 0.f; };
+    const auto impulse = [&](const Row<floatv>& row) {
+      return any(has_point) ? select(has_point, row.impulse, 0.f) : 0.f;
+    };
     normals_and_tangents.field[k] = impulse(p.normal);
     normals_and_tangents.field[most_points + k] = impulse(p.tangent);
     bitangents.field[k] = impulse(p.bitangent);
@@ -115,8 +124,10 @@ void store_impulses(const Contacts& contacts, std::span<Impulses<Real>> impulses
 
 // --- Sweeps
 
-// Motions of bodies' states, as records: of body i, number records_of_body * i.
-std::span<Motion<Real>> motions(Array<BodyState>& states) { return {&states.data()->motion, records_of_body * states.size()}; }
+// The motions in bodies' states, as records. Body i has record records_of_body * i.
+std::span<Motion<Real>> motions(Array<BodyState>& states) {
+  return {&states.data()->motion, records_of_body * states.size()};
+}
 std::span<Motion<Real>> movements(Array<BodyState>& states) { return motions(states).subspan(1); }
 
 struct Velocities {
@@ -144,10 +155,12 @@ LOCKSTEP_INLINE void solve_frictions(Contacts& contacts, Velocities& v) {
     solve_friction(lanes_of(contacts.has_point[k]), c, c.point[k], v.a, v.b);
 }
 
-LOCKSTEP_INLINE void solve_normals(Contacts& contacts, const Sweep<Real>& sweep, Array<BodyState>& states, Velocities& v) {
+LOCKSTEP_INLINE void solve_normals(Contacts& contacts, const Sweep<Real>& sweep, Array<BodyState>& states,
+                                   Velocities& v) {
   ContactConstraint<floatv>& c = contacts.constraint;
   const Velocities moved = load_velocities(contacts, movements(states));
-  const Sweep<floatv> in_lanes = {sweep.per_step, {sweep.soft.rate, sweep.soft.mass, sweep.soft.impulse}, sweep.max_bias_velocity};
+  const Sweep<floatv> in_lanes = {
+      sweep.per_step, {sweep.soft.rate, sweep.soft.mass, sweep.soft.impulse}, sweep.max_bias_velocity};
   for (int k = 0; k < most_points && contacts.has_point[k] != 0; ++k)
     solve_normal(lanes_of(contacts.has_point[k]), c, c.point[k], in_lanes, moved.a, moved.b, v.a, v.b);
 }
@@ -177,7 +190,8 @@ void bounce(const Contacts& contacts, Array<BodyState>& states) {
 
 // --- Batches
 
-// Vectors of contacts, begin .. end - 1, between two barriers: of one batch, or of several small ones in order, which one thread takes.
+// Vectors of contacts, begin .. end - 1, between two barriers. They are one batch, or several small batches in order,
+// which one thread takes.
 struct Stage {
   int begin, end;
   bool small;
@@ -185,16 +199,17 @@ struct Stage {
 
 constexpr int small_batch = 4;  // vectors: less than what a barrier costs
 
-// Contacts in the order in which they are put into vectors, the vectors, and stages.
+// The order of contacts in vectors, the vectors, and the stages.
 struct Plan {
   std::vector<std::int32_t> order;                      // manifolds, batch after batch
   std::vector<std::span<const std::int32_t>> contacts;  // [vector]: part of `order`
   std::vector<Stage> stages;
 };
 
-// Puts the contacts of a batch, order[begin] .. order[end - 1], in the order of their number of points, most first, so that few lanes wait
-// for others' points. The order within a batch does not change the bits.
-void order_by_points(std::span<const std::int32_t> batch, std::span<const Manifold<Real>> manifolds, std::int32_t* order) {
+// Sorts the contacts of a batch by their number of points, most first, so that few lanes wait for others' points. The
+// order within a batch does not change the bits.
+void order_by_points(std::span<const std::int32_t> batch, std::span<const Manifold<Real>> manifolds,
+                     std::int32_t* order) {
   int next[most_points + 2] = {};  // [points fewer than most]: where the next of them goes
   for (const std::int32_t contact : batch) ++next[most_points - manifolds[contact].count + 1];
   for (int fewer = 0; fewer < most_points; ++fewer) next[fewer + 1] += next[fewer];
@@ -211,7 +226,8 @@ Plan make_plan(const Batches& batches, std::span<const Manifold<Real>> manifolds
 
     const int begin = static_cast<int>(plan.contacts.size());
     for (int first = batch_begin; first < batch_end; first += lanes)
-      plan.contacts.push_back({plan.order.data() + first, static_cast<std::size_t>(std::min(lanes, batch_end - first))});
+      plan.contacts.push_back(
+          {plan.order.data() + first, static_cast<std::size_t>(std::min(lanes, batch_end - first))});
     const int end = static_cast<int>(plan.contacts.size());
     const bool small = end - begin < small_batch;
     if (small && !plan.stages.empty() && plan.stages.back().small)
@@ -222,8 +238,9 @@ Plan make_plan(const Batches& batches, std::span<const Manifold<Real>> manifolds
   return plan;
 }
 
-// Calls action(contacts) for all vectors, stage by stage; every thread of the team must call it. The vectors of a stage share no body that
-// moves, or are one thread's in order; the barrier at the end of a stage makes its writes visible to the next one.
+// Calls action(contacts) for all vectors, stage by stage. Every thread of the team must call it. The vectors of a stage
+// share no body that moves, or one thread takes them in order. The barrier at the end of a stage makes its writes
+// visible to the next one.
 template <class Action>
 void for_each_contact(const Plan& plan, Contacts* contacts, const Action& action) {
   for (const Stage& stage : plan.stages) {
@@ -239,9 +256,9 @@ void for_each_contact(const Plan& plan, Contacts* contacts, const Action& action
 
 }  // namespace
 
-void contact_solver_batches(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
-                            const Batches& batches, Bodies<Real>& bodies, std::span<Impulses<Real>> impulses,
-                            Array<Motion<Real>>& moving) {
+void contact_solver_batches(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds,
+                            std::span<const std::int32_t> body, const Batches& batches, Bodies<Real>& bodies,
+                            std::span<Impulses<Real>> impulses, Array<Motion<Real>>& moving) {
   const Substep<Real> substep = substep_of<Real>(settings);
   const auto moves = [&](int i) { return bodies.inverse_mass[i].w > 0; };
   const Plan plan = make_plan(batches, manifolds);
@@ -250,14 +267,16 @@ void contact_solver_batches(const SolverSettings& settings, std::span<const Mani
   Array<BodyState> states(bodies.count);
   Array<Motion<Real>> before = bodies.motion;
   moving.assign(bodies.motion.size(), {});
-  // In loops over bodies or vectors, each is one thread's; between two barriers other bodies' velocities are only read.
+  // In loops over bodies or vectors, each one belongs to one thread. Between two barriers other bodies' velocities are
+  // only read.
 #pragma omp parallel
   {
 #pragma omp for schedule(static)
     for (int i = 0; i < bodies.count; ++i) states[i] = {bodies.motion[i], {}};
 #pragma omp for schedule(static)
     for (int i = 0; i < vectors; ++i)
-      make_contacts(manifolds, plan.contacts[i], static_cast<Real>(settings.bounce_from), body, bodies, impulses, contacts[i]);
+      make_contacts(manifolds, plan.contacts[i], static_cast<Real>(settings.bounce_from), body, bodies, impulses,
+                    contacts[i]);
     const auto for_all = [&](const auto& action) { for_each_contact(plan, contacts.get(), action); };
     for (int part = 0; part < settings.substeps; ++part) {
 #pragma omp for schedule(static)
@@ -269,7 +288,8 @@ void contact_solver_batches(const SolverSettings& settings, std::span<const Mani
 #pragma omp for schedule(static)
       for (int i = 0; i < bodies.count; ++i)
         if (moves(i)) move_on(substep.h, states[i].motion, states[i].moved);
-      for (int sweep = 0; sweep < settings.relax_sweeps; ++sweep) for_all([&](Contacts& c) { relax(c, substep.relax, states); });
+      for (int sweep = 0; sweep < settings.relax_sweeps; ++sweep)
+        for_all([&](Contacts& c) { relax(c, substep.relax, states); });
     }
     for_all([&](const Contacts& c) { bounce(c, states); });
     const Real per_step = static_cast<Real>(1 / settings.time_step);
@@ -278,15 +298,15 @@ void contact_solver_batches(const SolverSettings& settings, std::span<const Mani
       bodies.motion[i] = states[i].motion;
       moving[i] = mean_motion(per_step, states[i].moved);
     }
-    // A manifold is in one vector.
+    // A manifold is in one vector, so its impulses belong to one thread.
 #pragma omp for schedule(static)
     for (int i = 0; i < vectors; ++i) store_impulses(contacts[i], impulses);
   }
 }
 
 void contact_solver_original(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds,
-                             std::span<const std::int32_t> body, Bodies<Real>& bodies, std::span<Impulses<Real>> impulses,
-                             Array<Motion<Real>>& moving) {
+                             std::span<const std::int32_t> body, Bodies<Real>& bodies,
+                             std::span<Impulses<Real>> impulses, Array<Motion<Real>>& moving) {
   std::vector<std::int32_t> a, b;
   for (const Manifold<Real>& m : manifolds) a.push_back(body[m.a]), b.push_back(body[m.b]);
   std::vector<char> movable(bodies.count);

@@ -1,7 +1,8 @@
-// Moves bodies on by a step, by the velocities that the solver found.
+// Moves bodies by one step with the velocities that the solver found.
 //
-// Semi-implicit Euler: positions move with the new velocities, which bounds the energy of a fall. Only the rotation needs care:
-// common/rigid/spin.h. Sixteen bodies at once: their records are loaded whole and transposed into lanes.
+// Semi-implicit Euler: positions move with the new velocities, which bounds the energy of a fall. Only the rotation
+// needs care: see common/rigid/spin.h. Sixteen bodies move at once: their records are loaded whole and transposed into
+// lanes.
 //
 // The contract stands in common/rigid/integrate.h.
 #include "common/rigid/integrate.h"
@@ -14,7 +15,7 @@
 namespace lockstep::rigid::openmp {
 
 void integrate(std::span<const Motion<Real>> moving, Real dt, Bodies<Real>& bodies) {
-  // Every body is one thread's. The last vector reads padding and does not write it.
+  // Each body belongs to one thread. The last vector reads padding and does not write it.
 #pragma omp parallel for schedule(static)
   for (int i = 0; i < bodies.count; i += lanes) {
     const Indices index = sixteen(i);

@@ -1,6 +1,6 @@
 // Finds the impulses of the last step for the contacts of this one, by merging two lists in the same order.
 //
-// Each thread merges its share of this step's contacts; it finds where to start in the last step's list by binary search.
+// Each thread merges its share of this step's contacts. It finds its start in the last step's list by binary search.
 //
 // The contract stands in common/rigid/match_contacts.h.
 #include "common/rigid/match_contacts.h"
@@ -14,7 +14,7 @@ namespace lockstep::rigid::openmp {
 
 void match_contacts(std::span<const Manifold<Real>> last, std::span<const Impulses<Real>> last_impulses,
                     std::span<const Manifold<Real>> manifolds, std::span<Impulses<Real>> impulses) {
-  // Every contact of this step is one thread's.
+  // Each contact of this step belongs to one thread.
 #pragma omp parallel
   {
     const auto [begin, end] = lockstep::openmp::my_share(static_cast<int>(manifolds.size()));

@@ -1,14 +1,16 @@
-// Places colliders with their bodies and computes a box along the world's axes around each.
+// Places colliders with their bodies and computes the box along the world's axes around each.
 //
-// A collider's pose is its body's pose times its own. A sphere's point, a capsule's segment and a cube fill the box along their own axes.
-// Turned, such a box reaches along a world axis as far as the sum over its sides of |share of that axis| times half the side: three
-// absolute values. A hull leaves much of its box empty, so its vertices are turned one by one. That costs two products and a comparison
-// more a vertex, and the tighter box saves more in pairs that need no narrow phase. Each box is the smallest there is.
+// A collider's pose is its body's pose times its local pose. A sphere's point, a capsule's segment and a cube fill the
+// box along their own axes. The extent of such a turned box along a world axis is the sum of the half sides, each times
+// the absolute value of its component along that axis: three absolute values. A hull leaves much of its box empty, so
+// its vertices are turned one by one. That costs two products and a comparison more per vertex. The tighter box saves
+// more in pairs that need no narrow phase. Each box is the smallest there is.
 //
-// Sixteen colliders at once: poses and sizes are loaded as whole records and transposed into lanes, and poses are stored as whole records.
+// Sixteen colliders are placed at once. Poses and sizes are loaded as whole records and transposed into lanes. Poses
+// are stored as whole records.
 //
-// Source: [LRB08] Figure 5; the turned box, Ericson, Real-Time Collision Detection (2005), 4.2.6. The contract stands in
-// common/rigid/place_colliders.h.
+// Source: [LRB08] Figure 5; the turned box, Ericson, Real-Time Collision Detection (2005), 4.2.6. The contract stands
+// in common/rigid/place_colliders.h.
 #include "common/rigid/place_colliders.h"
 
 #include "common/math.h"
@@ -45,7 +47,7 @@ void place_colliders(const World<Real>& world, Real margin, Array<Pose<Real>>& p
   placed.resize(padded(colliders.count));
   bounds.resize(colliders.count);
 
-  // Every collider is one thread's.
+  // Each collider belongs to one thread.
 #pragma omp parallel for schedule(static)
   for (int i = 0; i < colliders.count; i += lanes) {
     const maskv inside = first_lanes(colliders.count - i);
@@ -58,7 +60,8 @@ void place_colliders(const World<Real>& world, Real margin, Array<Pose<Real>>& p
     const intv hull = select(plane, 0, hull_or_none);
     const Quad<floatv> size = load_quad(colliders.size, index);
     const floatv widening = size.w + margin;
-    const Quad<floatv> centre = load_quad(hulls.centre, indices_of(hull)), half = load_quad(hulls.half, indices_of(hull));
+    const Quad<floatv> centre = load_quad(hulls.centre, indices_of(hull)),
+                       half = load_quad(hulls.half, indices_of(hull));
     const maskv full = fills_its_box(hull);
     Box<floatv> box = box_around(pose, size, centre, half, widening);
     if (!all(full)) box = select(full, box, box_around_vertices(hulls, hull, pose, size, widening));

@@ -1,7 +1,7 @@
-// Contacts put into batches without conflicts.
+// Puts contacts into batches without conflicts.
 //
-// The rule is first fit: it needs one look at each contact, and piles of bodies that touch d others end in at most 2 d - 1 batches. Early
-// batches are full, late ones small.
+// The rule is first fit, a greedy graph colouring. It looks at each contact once. Piles of bodies that touch d others
+// need at most 2 d - 1 batches. Early batches are full, late ones small.
 //
 // Source: [LRB08] Figure 13. The contract stands in common/rigid/batches.h, the rule in common/batches.cpp.
 #include "common/rigid/batches.h"
@@ -18,7 +18,8 @@ struct Constraints {
   std::vector<char> movable;       // [body]
 };
 
-Constraints constraints_of(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body, const Bodies<Real>& bodies) {
+Constraints constraints_of(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
+                           const Bodies<Real>& bodies) {
   const int contacts = static_cast<int>(manifolds.size());
   std::vector<std::int32_t> a(contacts), b(contacts);
   for (int k = 0; k < contacts; ++k) {
@@ -32,7 +33,8 @@ Constraints constraints_of(std::span<const Manifold<Real>> manifolds, std::span<
 
 }  // namespace
 
-Batches batches(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body, const Bodies<Real>& bodies) {
+Batches batches(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
+                const Bodies<Real>& bodies) {
   const auto [a, b, movable] = constraints_of(manifolds, body, bodies);
   return make_batches(a, b, movable);
 }

@@ -1,18 +1,19 @@
-// Solves contacts: finds impulses that keep bodies from moving into one another, and friction that holds or slows them.
+// Solves contacts: finds impulses that keep bodies apart, and friction that holds or slows them.
 //
-// Every contact point is three conditions on two bodies' velocities: one along the normal (no approach, no pull) and two along tangents (no
-// sliding, within the friction cone). All together are a linear complementarity problem. Projected Gauss-Seidel solves one condition at a
-// time as if all others held, and repeats: later sweeps repair what one impulse upsets at the bodies' other contacts. A stack needs about
-// as many sweeps as it is high; but it stands still from step to step, so each step starts with the impulses of the last one (warm start).
+// Every contact point has three conditions on two bodies' velocities: one along the normal (no approach, no pull) and
+// two along tangents (no sliding, within the friction cone). All together are a linear complementarity problem.
+// Projected Gauss-Seidel solves one condition at a time as if all others held, and repeats. Later sweeps repair what
+// one impulse upsets at the bodies' other contacts. A stack needs about as many sweeps as it is high. But a stack at
+// rest is the same from step to step, so each step starts with the impulses of the last one (warm start).
 //
-// A step is divided into substeps of few sweeps each. Bodies that penetrate are pushed apart softly (biased solve); a rigid sweep (relax)
-// then removes that bias velocity, which is not the bodies' own.
+// A step is divided into substeps of few sweeps each. The biased solve pushes penetrating bodies apart softly. The
+// relaxation, a rigid sweep, then removes that bias velocity, which is not the bodies' own.
 //
-// The order of contacts matters, because Gauss-Seidel uses each result at once. `original` takes contacts as they come, `batches` in an
-// order that a parallel machine can follow: the same algorithm in another order.
+// The order of contacts matters, because Gauss-Seidel uses each result at once. `original` takes contacts in the order
+// of manifolds, `batches` in an order that a parallel machine can follow. The algorithm is the same.
 //
-// Source: [LRB08] "Rigid Body Simulation"; [ITJ07] Figures 2 to 5. The contract stands in common/rigid/contact_solver.h, the formulas in
-// common/rigid/contact_row.h.
+// Source: [LRB08] "Rigid Body Simulation"; [ITJ07] Figures 2 to 5. The contract stands in
+// common/rigid/contact_solver.h, the formulas in common/rigid/contact_row.h.
 #include "common/rigid/contact_solver.h"
 
 #include "common/math.h"
@@ -28,11 +29,12 @@ struct Contact {
 };
 
 ContactBody<Real> load_body(const Bodies<Real>& bodies, int i) {
-  return {bodies.pose[i], velocity_of(bodies.motion[i]), bodies.inverse_mass[i], bodies.friction[i], bodies.restitution[i]};
+  return {bodies.pose[i], velocity_of(bodies.motion[i]), bodies.inverse_mass[i], bodies.friction[i],
+          bodies.restitution[i]};
 }
 
-Contact make_contact(const Manifold<Real>& m, Real bounce_from, std::span<const std::int32_t> body, const Bodies<Real>& bodies,
-                     const Impulses<Real>& impulses) {
+Contact make_contact(const Manifold<Real>& m, Real bounce_from, std::span<const std::int32_t> body,
+                     const Bodies<Real>& bodies, const Impulses<Real>& impulses) {
   Contact contact{body[m.a], body[m.b], m.count, {}};
   const ContactBody<Real> a = load_body(bodies, contact.a), b = load_body(bodies, contact.b);
   ContactConstraint<Real>& c = contact.constraint;
@@ -72,14 +74,15 @@ void solve_frictions(Contact& contact, Velocities& v) {
   for (int k = 0; k < contact.count; ++k) solve_friction(true, c, c.point[k], v.a, v.b);
 }
 
-// movement[body]: how far bodies have moved since the step began.
+// movement[body]: how far the body has moved since the step began.
 void solve_normals(Contact& contact, const Sweep<Real>& sweep, const Array<Motion<Real>>& movement, Velocities& v) {
   ContactConstraint<Real>& c = contact.constraint;
   const Velocities moved = load_velocities(contact, movement);
   for (int k = 0; k < contact.count; ++k) solve_normal(true, c, c.point[k], sweep, moved.a, moved.b, v.a, v.b);
 }
 
-void solve_biased(Contact& contact, const Sweep<Real>& sweep, const Array<Motion<Real>>& movement, Bodies<Real>& bodies) {
+void solve_biased(Contact& contact, const Sweep<Real>& sweep, const Array<Motion<Real>>& movement,
+                  Bodies<Real>& bodies) {
   Velocities v = load_velocities(contact, bodies.motion);
   solve_normals(contact, sweep, movement, v);
   store_velocities(v, contact, bodies);
@@ -100,7 +103,8 @@ void bounce(const Contact& contact, Bodies<Real>& bodies) {
   store_velocities(v, contact, bodies);
 }
 
-void solve_in_order(const SolverSettings& settings, std::vector<Contact>& contacts, Bodies<Real>& bodies, Array<Motion<Real>>& moving) {
+void solve_in_order(const SolverSettings& settings, std::vector<Contact>& contacts, Bodies<Real>& bodies,
+                    Array<Motion<Real>>& moving) {
   const Substep<Real> substep = substep_of<Real>(settings);
   const auto moves = [&](int i) { return bodies.inverse_mass[i].w > 0; };
   Array<Motion<Real>>& movement = moving;
@@ -135,8 +139,8 @@ void store_impulses(const Contact& contact, Impulses<Real>& impulses) {
 }  // namespace
 
 void contact_solver_original(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds,
-                             std::span<const std::int32_t> body, Bodies<Real>& bodies, std::span<Impulses<Real>> impulses,
-                             Array<Motion<Real>>& moving) {
+                             std::span<const std::int32_t> body, Bodies<Real>& bodies,
+                             std::span<Impulses<Real>> impulses, Array<Motion<Real>>& moving) {
   std::vector<Contact> contacts;
   contacts.reserve(manifolds.size());
   for (std::size_t k = 0; k < manifolds.size(); ++k)
@@ -145,9 +149,9 @@ void contact_solver_original(const SolverSettings& settings, std::span<const Man
   for (std::size_t k = 0; k < manifolds.size(); ++k) store_impulses(contacts[k], impulses[k]);
 }
 
-void contact_solver_batches(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
-                            const Batches& batches, Bodies<Real>& bodies, std::span<Impulses<Real>> impulses,
-                            Array<Motion<Real>>& moving) {
+void contact_solver_batches(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds,
+                            std::span<const std::int32_t> body, const Batches& batches, Bodies<Real>& bodies,
+                            std::span<Impulses<Real>> impulses, Array<Motion<Real>>& moving) {
   std::vector<Contact> contacts;
   contacts.reserve(manifolds.size());
   for (const std::int32_t k : batches.order)

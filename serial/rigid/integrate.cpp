@@ -1,7 +1,7 @@
-// Moves bodies on by a step, by the velocities that the solver found.
+// Moves bodies by one step with the velocities that the solver found.
 //
-// Semi-implicit Euler: positions move with the new velocities, which bounds the energy of a fall. Only the rotation needs care:
-// common/rigid/spin.h.
+// Semi-implicit Euler: positions move with the new velocities, which bounds the energy of a fall. Only the rotation
+// needs care: see common/rigid/spin.h.
 //
 // The contract stands in common/rigid/integrate.h.
 #include "common/rigid/integrate.h"

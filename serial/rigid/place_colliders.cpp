@@ -1,12 +1,13 @@
-// Places colliders with their bodies and computes a box along the world's axes around each.
+// Places colliders with their bodies and computes the box along the world's axes around each.
 //
-// A collider's pose is its body's pose times its own. A sphere's point, a capsule's segment and a cube fill the box along their own axes.
-// Turned, such a box reaches along a world axis as far as the sum over its sides of |share of that axis| times half the side: three
-// absolute values. A hull leaves much of its box empty, so its vertices are turned one by one. That costs two products and a comparison
-// more a vertex, and the tighter box saves more in pairs that need no narrow phase. Each box is the smallest there is.
+// A collider's pose is its body's pose times its local pose. A sphere's point, a capsule's segment and a cube fill the
+// box along their own axes. The extent of such a turned box along a world axis is the sum of the half sides, each times
+// the absolute value of its component along that axis: three absolute values. A hull leaves much of its box empty, so
+// its vertices are turned one by one. That costs two products and a comparison more per vertex. The tighter box saves
+// more in pairs that need no narrow phase. Each box is the smallest there is.
 //
-// Source: [LRB08] Figure 5; the turned box, Ericson, Real-Time Collision Detection (2005), 4.2.6. The contract stands in
-// common/rigid/place_colliders.h.
+// Source: [LRB08] Figure 5; the turned box, Ericson, Real-Time Collision Detection (2005), 4.2.6. The contract stands
+// in common/rigid/place_colliders.h.
 #include "common/math.h"
 #include "common/real.h"
 #include "common/rigid/place_colliders.h"

@@ -1,5 +1,5 @@
-// One step of rigid bodies, from where they are to where they are next: which may touch, which do, what keeps them apart, and where that
-// leaves them.
+// One step of rigid bodies: find the pairs that may touch, find their contacts, solve the contacts, and move the
+// bodies.
 //
 // Source: [LRB08] Figure 4. The contract stands in common/rigid/step.h.
 #include "common/rigid/step.h"
@@ -16,7 +16,7 @@
 namespace lockstep::rigid::serial {
 namespace {
 
-// `reorders` is called between matching and solving, `solves` with the contacts.
+// Calls `reorders` between matching and solving, and `solves` with the bodies of the colliders.
 template <class Reorder, class Solve>
 void step(const StepSettings& settings, World<Real>& world, StepMemory<Real>& memory, Reorder reorders, Solve solves) {
   Stopwatch stopwatch;
@@ -74,7 +74,8 @@ void step_batches(const StepSettings& settings, World<Real>& world, StepMemory<R
             batches(memory.manifolds, {world.colliders.body.data(), std::size_t(world.colliders.count)}, world.bodies);
       },
       [&](std::span<const std::int32_t> body) {
-        contact_solver_batches(settings.solver, memory.manifolds, body, memory.batches, world.bodies, memory.impulses, memory.moving);
+        contact_solver_batches(settings.solver, memory.manifolds, body, memory.batches, world.bodies, memory.impulses,
+                               memory.moving);
       });
 }
 

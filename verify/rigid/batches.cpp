@@ -1,4 +1,4 @@
-// Contacts put into batches, as the verifier and the benchmark see it: the same batches, number by number, as its serial twin's.
+// The rows and benchmarks of contacts in batches: the same batches as the serial twin's, number by number.
 #include "common/rigid/batches.h"
 
 #include "verify/rigid/inputs.h"
@@ -39,9 +39,10 @@ Form form(const char* name, ReorderContacts<float>* openmp) {
           .scenes = scenes_of_all(settled)};
 }
 
-const Register batches{{.name = "rigid/batches",
-                        .place = 14,
-                        .forms = {form("", rigid::openmp::batches), form("parallel", rigid::openmp::batches_parallel)}}};
+const Register batches{
+    {.name = "rigid/batches",
+     .place = 14,
+     .forms = {form("", rigid::openmp::batches), form("parallel", rigid::openmp::batches_parallel)}}};
 
 }  // namespace
 }  // namespace verify

@@ -1,4 +1,4 @@
-// Boxes against boxes, as the verifier and the benchmark see them: bitwise with their serial twin.
+// The rows and benchmarks of boxes against boxes: bitwise with the serial twin.
 #include <array>
 
 #include "common/rigid/box_pair.h"
@@ -10,8 +10,8 @@ namespace {
 using namespace rigid;
 using namespace rigid_inputs;
 
-// The lanes at work when box_box tests faces' axes (all pairs), edges' axes (those that touch, at the least), and makes contacts of faces
-// and of edges: pairs wait in queues until there are sixteen.
+// How full the lanes are when box_box tests faces' axes (all pairs) and edges' axes (at least those that touch), and
+// makes contacts of faces and of edges. Pairs wait in queues until there are sixteen.
 double lane_use(std::span<const Manifold<float>> manifolds) {
   double faces = 0, edges = 0;
   for (const Manifold<float>& m : manifolds)
@@ -23,11 +23,11 @@ Case box_box_case(const std::string& path) {
   return collide_case(path, first_of_box_box, first_of_convexes, serial::box_box, openmp::box_box, 600, lane_use);
 }
 
-const Register box_box{
-    {.name = "rigid/box_box",
-     .place = 8,
-     .forms = {{.make = box_box_case,
-                .scenes = some_scenes({"four_bodies", "degenerate", "assorted", "soup_10", "castle"}, of_boxes, {"box_pit_4000", "pyramid_15"})}}}};
+const Register box_box{{.name = "rigid/box_box",
+                        .place = 8,
+                        .forms = {{.make = box_box_case,
+                                   .scenes = some_scenes({"four_bodies", "degenerate", "assorted", "soup_10", "castle"},
+                                                         of_boxes, {"box_pit_4000", "pyramid_15"})}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

@@ -1,4 +1,4 @@
-// The tree of boxes, as the verifier and the benchmark see it: built, fitted and descended, bitwise with its serial twins.
+// The rows and benchmarks of the tree of boxes, which is built, fitted and descended: bitwise with the serial twins.
 #include "common/rigid/broad_phase.h"
 #include "verify/rigid/inputs.h"
 #include "verify/twin.h"
@@ -40,7 +40,7 @@ Case build_case(const std::string& path) {
   return tree_case(path, inputs(path)->last.tree, serial::bvh_build, openmp::bvh_build);
 }
 
-// From a tree in the order of the step before, whose boxes hold nothing.
+// Starts from a tree in the order of the step before, whose boxes are empty.
 Case refit_case(const std::string& path) {
   const auto in = inputs(path);
   Tree<float> start;

@@ -1,7 +1,7 @@
-// The contact solver, as the verifier and the benchmark see it: bitwise with the serial form of the same order.
+// The rows and benchmarks of the contact solver: bitwise with the serial form of the same order.
 //
-// What the order itself costs is asked in a form of its own, `batches_for_original`: how many sweeps in batches leave no more of
-// the residual than the original order leaves.
+// The form `batches_for_original` measures what the order itself costs: how many sweeps in batches leave no more of the
+// residual than the original order leaves.
 #include "common/rigid/contact_solver.h"
 
 #include <bit>
@@ -19,7 +19,7 @@ namespace {
 using namespace rigid;
 using namespace rigid_inputs;
 
-// What the solver is given, and leaves.
+// The input and output of the solver.
 struct Solved {
   Bodies<float> bodies;
   Array<Impulses<float>> impulses;
@@ -68,7 +68,8 @@ Case solver_case(const std::string& path, bool reordered) {
   });
 }
 
-// The same contacts solved in another order: how many sweeps leave no more of the residual than ten of the original order do.
+// Solves the same contacts in another order: how many sweeps leave no more of the residual than ten sweeps of the
+// original order do.
 Case convergence_case(const std::string& path) {
   struct State {
     std::shared_ptr<const Inputs> in;
@@ -89,9 +90,11 @@ Case convergence_case(const std::string& path) {
     settings.substeps = 1, settings.biased_sweeps = 0, settings.relax_sweeps = sweeps;
     const auto& [manifolds, batches] = std::tie(s->in->now.manifolds, s->in->now.batches);
     if (reordered)
-      openmp::contact_solver_batches(settings, manifolds, s->in->body(), batches, solved.bodies, solved.impulses, solved.moving);
+      openmp::contact_solver_batches(settings, manifolds, s->in->body(), batches, solved.bodies, solved.impulses,
+                                     solved.moving);
     else
-      serial::contact_solver_original(settings, manifolds, s->in->body(), solved.bodies, solved.impulses, solved.moving);
+      serial::contact_solver_original(settings, manifolds, s->in->body(), solved.bodies, solved.impulses,
+                                      solved.moving);
     return residual(settings, manifolds, s->in->body(), s->before, solved.impulses);
   };
   s->target = residual_after(original_sweeps, false);

@@ -1,4 +1,4 @@
-// The axes of convex pairs, as the verifier and the benchmark see them: bitwise with their serial twin.
+// The rows and benchmarks of the axes of convex pairs: bitwise with the serial twin.
 #include "verify/rigid/narrow_inputs.h"
 
 namespace lockstep::verify {
@@ -14,7 +14,9 @@ Case convex_axes_case(const std::string& path) {
   const SharedPairs pairs = convex_pairs(*in);
   const auto known = std::make_shared<Distances>(serial_distances(*in, *pairs, true));
   const auto with = [=](ConvexAxes<float>* convex_axes) {
-    return [=](Axes& axes) { convex_axes(in->placed(), *pairs, known->simplex, known->closest.span(), in->margin(), axes.span()); };
+    return [=](Axes& axes) {
+      convex_axes(in->placed(), *pairs, known->simplex, known->closest.span(), in->margin(), axes.span());
+    };
   };
   const double n = static_cast<double>(pairs->size());
   return make_case<Axes>({

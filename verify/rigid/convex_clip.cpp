@@ -1,4 +1,4 @@
-// The points of convex pairs, as the verifier and the benchmark see them: bitwise with their serial twin.
+// The rows and benchmarks of the points of convex pairs: bitwise with the serial twin.
 #include "verify/rigid/narrow_inputs.h"
 
 namespace lockstep::verify {

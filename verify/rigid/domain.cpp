@@ -1,4 +1,4 @@
-// Rigid bodies: what `run` and `endure` do with their scenes.
+// How `run` and `endure` handle scenes of rigid bodies.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -53,8 +53,8 @@ Simulation simulation(const RunOptions& options) {
       .write_frame = [state](const std::string& path) { rigid::write_vtk(path, state->world); },
       .write_state = nullptr,
       .state_formats = {},
-      .state = {keep(bodies.pose), keep(bodies.motion), keep(memory.manifolds), keep(memory.impulses), keep(memory.narrow_phase.pairs),
-                keep(memory.narrow_phase.simplex)},
+      .state = {keep(bodies.pose), keep(bodies.motion), keep(memory.manifolds), keep(memory.impulses),
+                keep(memory.narrow_phase.pairs), keep(memory.narrow_phase.simplex)},
       .fault =
           [state] {
             const rigid::Bodies<float>& bodies = state->world.bodies;
@@ -63,8 +63,9 @@ Simulation simulation(const RunOptions& options) {
             for (int k = 0; k < colliders.count; ++k)
               if (colliders.kind[k] == int(rigid::Kind::plane)) planes.push_back(state->memory.placed[k]);
             const auto above_planes = [&](const Vector3<float>& x) {
-              return std::ranges::all_of(planes,
-                                         [&](const auto& plane) { return dot(matrix_of(plane.orientation).y, x - plane.position) >= 0; });
+              return std::ranges::all_of(planes, [&](const auto& plane) {
+                return dot(matrix_of(plane.orientation).y, x - plane.position) >= 0;
+              });
             };
             return first_fault("body ", bodies.count, " is not finite or below a plane", [&](int i) {
               const rigid::Quaternion<float>& q = bodies.pose[i].orientation;
@@ -78,7 +79,8 @@ Simulation simulation(const RunOptions& options) {
             std::string text;
             char part[64];
             for (int phase = 0; phase < rigid::phases; ++phase) {
-              std::snprintf(part, sizeof part, "%s %.2f, ", rigid::phase_names[phase], 1e3 * state->seconds[phase] / state->steps);
+              std::snprintf(part, sizeof part, "%s %.2f, ", rigid::phase_names[phase],
+                            1e3 * state->seconds[phase] / state->steps);
               text += part;
             }
             double deepest = 0;
@@ -87,23 +89,26 @@ Simulation simulation(const RunOptions& options) {
               points += m.count;
               for (int k = 0; k < m.count; ++k) deepest = std::max(deepest, -double(m.point[k].separation));
             }
-            std::snprintf(part, sizeof part, "%zu contacts, %d points, deepest %.2f mm", state->memory.manifolds.size(), points,
-                          1e3 * deepest);
+            std::snprintf(part, sizeof part, "%zu contacts, %d points, deepest %.2f mm", state->memory.manifolds.size(),
+                          points, 1e3 * deepest);
             return "ms a step: " + text + part;
           },
   };
 }
 
-bool is_unit(const rigid::Quaternion<float>& q) { return std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) < 1e-5f; }
+bool is_unit(const rigid::Quaternion<float>& q) {
+  return std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) < 1e-5f;
+}
 
-// A scene that is loaded must have finite numbers, orientations of length 1, no negative mass and no hull that is not there.
+// A loaded scene must have finite numbers, orientations of length 1, no negative mass, and only hulls that exist.
 std::string fault_of_scene(const std::string& path) {
   const rigid::Scene scene = rigid::load_scene(path);
   const auto& [bodies, colliders, hulls] = scene.world;
   for (int i = 0; i < bodies.count; ++i) {
     const std::string body = "body " + std::to_string(i);
     const auto& [x, y, z, mass] = bodies.inverse_mass[i];
-    if (!finite(bodies.pose[i].position) || !finite(bodies.motion[i].velocity) || !finite(bodies.motion[i].angular_velocity))
+    if (!finite(bodies.pose[i].position) || !finite(bodies.motion[i].velocity) ||
+        !finite(bodies.motion[i].angular_velocity))
       return body + " is not finite";
     if (!is_unit(bodies.pose[i].orientation)) return "the orientation of " + body + " is not of length 1";
     if (!finite({x, y, z}) || !(x >= 0 && y >= 0 && z >= 0 && mass >= 0) || !std::isfinite(mass))

@@ -1,5 +1,5 @@
-// GJK, as the verifier and the benchmark see it: bitwise with its serial twin, from the simplices of the step before (warm) and from
-// nothing (cold).
+// The rows and benchmarks of GJK: bitwise with the serial twin, from the simplices of the step before (warm) and from
+// none (cold).
 #include <algorithm>
 
 #include "openmp/rigid/full_blocks.h"
@@ -11,9 +11,10 @@ namespace {
 using namespace rigid;
 using namespace rigid_inputs;
 
-// The lanes at work in the iterations of gjk, whose blocks end when few are left: replayed with as many iterations as each pair took. The
-// first iteration of a pair without a simplex goes without the loop.
-double lane_use(const Placed<float>& placed, std::span<const Pair> pairs, std::span<const Closest<float>> closest, bool warm) {
+// How full the lanes are in the iterations of gjk. A block ends when few of its pairs are left. The blocks are replayed
+// with as many iterations as each pair took. The first iteration of a pair without a simplex needs no loop.
+double lane_use(const Placed<float>& placed, std::span<const Pair> pairs, std::span<const Closest<float>> closest,
+                bool warm) {
   double used = 0, there = 0;
   for (std::size_t first = 0; first < pairs.size(); first += openmp::chunk_size) {
     const int n = static_cast<int>(std::min<std::size_t>(openmp::chunk_size, pairs.size() - first));
@@ -22,7 +23,9 @@ double lane_use(const Placed<float>& placed, std::span<const Pair> pairs, std::s
     openmp::in_full_blocks(
         n, [&](int k) { return openmp::size_key(placed, pairs[first + k]); },
         [&](std::span<std::int32_t> which, int enough) {
-          const auto unfinished = [&] { return static_cast<int>(std::ranges::count_if(which, [&](int k) { return left[k] > 0; })); };
+          const auto unfinished = [&] {
+            return static_cast<int>(std::ranges::count_if(which, [&](int k) { return left[k] > 0; }));
+          };
           for (int active = unfinished(); active > enough; active = unfinished()) {
             used += active, there += lanes;
             for (const int k : which) left[k] -= left[k] > 0;
@@ -55,8 +58,12 @@ Case gjk_case(const std::string& path, bool warm) {
 
 const Register gjk{{.name = "rigid/gjk",
                     .place = 9,
-                    .forms = {{.name = "warm", .make = [](const std::string& path) { return gjk_case(path, true); }, .scenes = hull_scenes()},
-                              {.name = "cold", .make = [](const std::string& path) { return gjk_case(path, false); }, .scenes = hull_scenes()}}}};
+                    .forms = {{.name = "warm",
+                               .make = [](const std::string& path) { return gjk_case(path, true); },
+                               .scenes = hull_scenes()},
+                              {.name = "cold",
+                               .make = [](const std::string& path) { return gjk_case(path, false); },
+                               .scenes = hull_scenes()}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

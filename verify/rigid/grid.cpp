@@ -1,4 +1,4 @@
-// The uniform grid, as the verifier and the benchmark see it: pairs bitwise with its serial twin.
+// The rows and benchmarks of the uniform grid: pairs bitwise with the serial twin's.
 #include "common/rigid/broad_phase.h"
 #include "verify/rigid/inputs.h"
 #include "verify/twin.h"

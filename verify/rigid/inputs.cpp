@@ -41,8 +41,8 @@ double rows_of(const Inputs& in) {
 
 Scenes scenes_of_all(std::vector<std::string> bench, std::vector<std::string> tsan) {
   return {.verify = {"four_bodies", "degenerate", "assorted", "soup_10", "mesh_and_hulls", "rounds_20000", "castle"},
-          .more = {"soup_1", "soup_50", "hull_soup", "box_pit_4000", "hull_pit_2000", "pyramid_24", "wall", "castle_hit",
-                   "dominoes_1000"},
+          .more = {"soup_1", "soup_50", "hull_soup", "box_pit_4000", "hull_pit_2000", "pyramid_24", "wall",
+                   "castle_hit", "dominoes_1000"},
           .bench = std::move(bench),
           .tsan = std::move(tsan)};
 }

@@ -1,4 +1,4 @@
-// The scenes of rigid bodies as their kernels find them.
+// Scenes of rigid bodies as inputs of their kernels.
 #pragma once
 
 #include <memory>
@@ -18,7 +18,7 @@ rigid::StepSettings settings_of(const rigid::Scene& scene);
 
 namespace rigid_inputs {
 
-// A scene in the state after the steps that it says (`settle`), so that bodies touch.
+// A scene after as many steps as it says (`settle`), so that bodies touch.
 struct Inputs {
   rigid::Scene scene;
   rigid::World<float> world;      // settled
@@ -38,16 +38,17 @@ struct Inputs {
   float margin() const { return static_cast<float>(settings.margin); }
 };
 
-// Made by the serial step in batches. Shared by all kernels.
+// The inputs of a scene, made by the serial step in batches. All kernels share them.
 std::shared_ptr<const Inputs> inputs(const std::string& path);
 
-// For the work of a kernel.
+// Counts for the work of a kernel.
 inline constexpr double bytes_of_box = 24, bytes_of_pose = 32, bytes_of_manifold = sizeof(rigid::Manifold<float>);
 double rows_of(const Inputs& in);  // of the solver in a step: one a point in a biased sweep, three in a relaxing one
 
-// Scenes of nearly every kernel. `bench` are the names of scenes to time, `tsan` of those for the thread sanitizer.
+// The scenes of nearly every kernel. `bench` names scenes to time, `tsan` scenes for the thread sanitizer.
 Scenes scenes_of_all(std::vector<std::string> bench, std::vector<std::string> tsan = {"box_pit_4000"});
-inline const std::vector<std::string> of_many_bodies = {"castle", "boxes_100k"}, of_boxes = {"box_pit_4000", "pyramid_24"},
+inline const std::vector<std::string> of_many_bodies = {"castle", "boxes_100k"},
+                                      of_boxes = {"box_pit_4000", "pyramid_24"},
                                       of_hulls = {"hull_pit_2000", "hull_soup"},
                                       settled = {"pyramid_24", "box_pit_4000", "hull_pit_2000"},
                                       and_castle = {"pyramid_24", "box_pit_4000", "hull_pit_2000", "castle_hit"};

@@ -1,4 +1,4 @@
-// The integration of bodies' motion, as the verifier and the benchmark see it: bitwise with its serial twin.
+// The rows and benchmarks of the integration of bodies' motion: bitwise with the serial twin.
 #include "common/rigid/integrate.h"
 
 #include "verify/rigid/inputs.h"
@@ -28,8 +28,9 @@ Case integrate_case(const std::string& path) {
   });
 }
 
-const Register integrate{
-    {.name = "rigid/integrate", .place = 16, .forms = {{.make = integrate_case, .scenes = scenes_of_all(of_many_bodies)}}}};
+const Register integrate{{.name = "rigid/integrate",
+                          .place = 16,
+                          .forms = {{.make = integrate_case, .scenes = scenes_of_all(of_many_bodies)}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

@@ -1,4 +1,4 @@
-// The matching of contacts from step to step, as the verifier and the benchmark see it: bitwise with its serial twin.
+// The rows and benchmarks of matching contacts from step to step: bitwise with the serial twin.
 #include "common/rigid/match_contacts.h"
 
 #include "verify/rigid/inputs.h"

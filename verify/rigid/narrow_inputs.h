@@ -1,4 +1,4 @@
-// What the kernels of the narrow phase are given and leave, for the verifier and the benchmark.
+// The inputs and outputs of the narrow phase's kernels, for the verifier and the benchmark.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,8 @@ namespace lockstep::rigid {
 
 template <Is<SeparatingAxis> A, class F>
 void for_each_field(A& axis, const F& f) {
-  f("normal.x", axis.normal.x), f("normal.y", axis.normal.y), f("normal.z", axis.normal.z), f("separation", axis.separation);
+  f("normal.x", axis.normal.x), f("normal.y", axis.normal.y), f("normal.z", axis.normal.z);
+  f("separation", axis.separation);
   f("middle.x", axis.middle.x), f("middle.y", axis.middle.y), f("middle.z", axis.middle.z);
   f("cosine_a", axis.cosine_a), f("cosine_b", axis.cosine_b), f("face_a", axis.face_a), f("face_b", axis.face_b);
 }
@@ -27,7 +28,8 @@ namespace lockstep::verify::rigid_inputs {
 
 using SharedPairs = std::shared_ptr<const rigid::Pairs>;
 
-// The pairs of bins `from` .. `to` - 1 (common/rigid/route.h), like ones together, as the narrow phase hands them to a kernel.
+// The pairs of bins `from` .. `to` - 1 (common/rigid/route.h), sorted by bin, as the narrow phase hands them to a
+// kernel.
 inline SharedPairs pairs_of_bins(const Inputs& in, int from, int to) {
   const auto kind = [&](std::int32_t collider) { return static_cast<rigid::Kind>(in.world.colliders.kind[collider]); };
   rigid::Pairs pairs;
@@ -38,7 +40,7 @@ inline SharedPairs pairs_of_bins(const Inputs& in, int from, int to) {
 }
 inline SharedPairs convex_pairs(const Inputs& in) { return pairs_of_bins(in, rigid::first_of_convexes, rigid::bins); }
 
-// One record a pair: what a kernel leaves. Padded, as kernels write whole vectors.
+// A kernel's output, one record per pair. It is padded, because kernels write whole vectors.
 template <class Record>
 struct PerPair {
   std::size_t count;
@@ -59,9 +61,10 @@ std::shared_ptr<const PerPair<Record>> poisoned(std::size_t count) {
 }
 using Manifolds = PerPair<rigid::Manifold<float>>;
 
-// A kernel that takes pairs of its bins and a margin.
-inline Case collide_case(const std::string& path, int from, int to, rigid::Collide<float>* serial, rigid::Collide<float>* openmp,
-                         double flops, double (*lane_use)(std::span<const rigid::Manifold<float>>) = nullptr) {
+// A kernel whose input is pairs of its bins and a margin.
+inline Case collide_case(const std::string& path, int from, int to, rigid::Collide<float>* serial,
+                         rigid::Collide<float>* openmp, double flops,
+                         double (*lane_use)(std::span<const rigid::Manifold<float>>) = nullptr) {
   const auto in = inputs(path);
   const SharedPairs pairs = pairs_of_bins(*in, from, to);
   const auto with = [=](rigid::Collide<float>* collide) {
@@ -84,7 +87,7 @@ inline Case collide_case(const std::string& path, int from, int to, rigid::Colli
   });
 }
 
-// What GJK makes of pairs. It starts from the simplices of the step before, or from nothing.
+// GJK's results for pairs. It starts from the simplices of the step before, or from none.
 struct Distances {
   std::vector<rigid::Simplex> simplex;
   PerPair<rigid::Closest<float>> closest;
@@ -94,7 +97,8 @@ void for_each_array(D& d, const F& f) {
   f("simplex", d.simplex, d.simplex.size()), f("closest", d.closest.record, d.closest.count);
 }
 inline Distances not_yet_known(const Inputs& in, const rigid::Pairs& pairs, bool warm) {
-  Distances result{std::vector<rigid::Simplex>(pairs.size(), rigid::Simplex{}), *poisoned<rigid::Closest<float>>(pairs.size())};
+  Distances result{std::vector<rigid::Simplex>(pairs.size(), rigid::Simplex{}),
+                   *poisoned<rigid::Closest<float>>(pairs.size())};
   const auto& [known, simplex] = in.last.narrow_phase;
   for (std::size_t k = 0; warm && k < pairs.size(); ++k) {
     const auto at = std::ranges::lower_bound(known, pairs[k]);
@@ -108,12 +112,15 @@ inline Distances serial_distances(const Inputs& in, const rigid::Pairs& pairs, b
   return result;
 }
 
-// Scenes with hulls, and those of a kernel that not all scenes are for.
-inline Scenes some_scenes(std::vector<std::string> verify, std::vector<std::string> bench, std::vector<std::string> tsan) {
+// Scenes with hulls, and the scenes of a kernel that not all scenes suit.
+inline Scenes some_scenes(std::vector<std::string> verify, std::vector<std::string> bench,
+                          std::vector<std::string> tsan) {
   Scenes scenes = scenes_of_all(std::move(bench), std::move(tsan));
   scenes.verify = std::move(verify);
   return scenes;
 }
-inline Scenes hull_scenes() { return some_scenes({"degenerate", "soup_10", "mesh_and_hulls"}, of_hulls, {"hull_pit_2000"}); }
+inline Scenes hull_scenes() {
+  return some_scenes({"degenerate", "soup_10", "mesh_and_hulls"}, of_hulls, {"hull_pit_2000"});
+}
 
 }  // namespace lockstep::verify::rigid_inputs

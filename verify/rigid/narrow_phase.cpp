@@ -1,4 +1,4 @@
-// The narrow phase, as the verifier and the benchmark see it: bitwise with its serial twin.
+// The rows and benchmarks of the narrow phase: bitwise with the serial twin.
 #include "verify/rigid/narrow_inputs.h"
 
 namespace lockstep::verify {
@@ -20,7 +20,9 @@ void for_each_array(S& s, const F& f) {
 Case narrow_phase_case(const std::string& path) {
   const auto in = inputs(path);
   const auto with = [in](NarrowPhase<float>* narrow_phase) {
-    return [in, narrow_phase](Found& s) { narrow_phase(in->placed(), in->now.pairs, in->margin(), s.state, s.manifolds); };
+    return [in, narrow_phase](Found& s) {
+      narrow_phase(in->placed(), in->now.pairs, in->margin(), s.state, s.manifolds);
+    };
   };
   const double n = static_cast<double>(in->now.pairs.size());
   return make_case<Found>({
@@ -33,8 +35,9 @@ Case narrow_phase_case(const std::string& path) {
   });
 }
 
-const Register narrow_phase{
-    {.name = "rigid/narrow_phase", .place = 12, .forms = {{.make = narrow_phase_case, .scenes = scenes_of_all(settled)}}}};
+const Register narrow_phase{{.name = "rigid/narrow_phase",
+                             .place = 12,
+                             .forms = {{.make = narrow_phase_case, .scenes = scenes_of_all(settled)}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

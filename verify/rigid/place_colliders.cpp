@@ -1,4 +1,4 @@
-// The placing of colliders, as the verifier and the benchmark see it: bitwise with its serial twin.
+// The rows and benchmarks of placing colliders: bitwise with the serial twin.
 #include "common/rigid/place_colliders.h"
 
 #include "verify/rigid/inputs.h"
@@ -38,8 +38,9 @@ Case place_case(const std::string& path) {
   });
 }
 
-const Register place_colliders{
-    {.name = "rigid/place_colliders", .place = 1, .forms = {{.make = place_case, .scenes = scenes_of_all(of_many_bodies)}}}};
+const Register place_colliders{{.name = "rigid/place_colliders",
+                                .place = 1,
+                                .forms = {{.make = place_case, .scenes = scenes_of_all(of_many_bodies)}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

@@ -1,4 +1,4 @@
-// Pairs with planes, as the verifier and the benchmark see them: bitwise with their serial twin.
+// The rows and benchmarks of pairs with planes: bitwise with the serial twin.
 #include "common/rigid/broad_phase.h"
 #include "verify/rigid/inputs.h"
 #include "verify/twin.h"
@@ -24,7 +24,7 @@ Case plane_pairs_case(const std::string& path) {
   };
   const double n = in->now.bounds.count, found = static_cast<double>(in->now.bounded.size());
   return make_case<Found>({
-      .start = std::make_shared<const Found>(Found{{{0, 0}}}),  // to be forgotten
+      .start = std::make_shared<const Found>(Found{{{0, 0}}}),  // which must be emptied first
       .serial = with(serial::plane_pairs),
       .best_serial = nullptr,
       .openmp = with(openmp::plane_pairs),
@@ -33,8 +33,9 @@ Case plane_pairs_case(const std::string& path) {
   });
 }
 
-const Register plane_pairs{
-    {.name = "rigid/plane_pairs", .place = 5, .forms = {{.make = plane_pairs_case, .scenes = scenes_of_all(of_many_bodies)}}}};
+const Register plane_pairs{{.name = "rigid/plane_pairs",
+                            .place = 5,
+                            .forms = {{.make = plane_pairs_case, .scenes = scenes_of_all(of_many_bodies)}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

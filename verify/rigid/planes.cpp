@@ -1,4 +1,4 @@
-// Planes against convex shapes, as the verifier and the benchmark see them: bitwise with their serial twin.
+// The rows and benchmarks of planes against convex shapes: bitwise with the serial twin.
 #include "verify/rigid/narrow_inputs.h"
 
 namespace lockstep::verify {
@@ -11,8 +11,9 @@ Case planes_case(const std::string& path) {
   return collide_case(path, first_of_planes, first_of_box_box, serial::planes, openmp::planes, 150);
 }
 
-const Register planes{
-    {.name = "rigid/planes", .place = 7, .forms = {{.make = planes_case, .scenes = scenes_of_all({"box_pit_4000"}, {"box_pit_4000"})}}}};
+const Register planes{{.name = "rigid/planes",
+                       .place = 7,
+                       .forms = {{.make = planes_case, .scenes = scenes_of_all({"box_pit_4000"}, {"box_pit_4000"})}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

@@ -28,7 +28,8 @@ Array<Manifold<double>> widened(std::span<const Manifold<float>> manifolds) {
   Array<Manifold<double>> to(manifolds.size());
   for (std::size_t i = 0; i < manifolds.size(); ++i) {
     const Manifold<float>& m = manifolds[i];
-    to[i] = {.normal = wide(m.normal), .count = m.count, .a = m.a, .b = m.b, .unused = {}, .point = {}, .feature = {}, .more_unused = {}};
+    to[i] = {.normal = wide(m.normal), .count = m.count, .a = m.a, .b = m.b,
+             .unused = {}, .point = {}, .feature = {}, .more_unused = {}};
     for (int k = 0; k < m.count; ++k) to[i].point[k] = {wide(m.point[k].position), m.point[k].separation};
   }
   return to;
@@ -39,7 +40,8 @@ std::vector<float> state_of(const Bodies<float>& bodies) {
   for (int i = 0; i < bodies.count; ++i) {
     const auto& [position, q, unused] = bodies.pose[i];
     const Motion<float>& motion = bodies.motion[i];
-    for (const Vector3<float>& v : {position, motion.velocity, motion.angular_velocity}) state.insert(state.end(), {v.x, v.y, v.z});
+    for (const Vector3<float>& v : {position, motion.velocity, motion.angular_velocity})
+      state.insert(state.end(), {v.x, v.y, v.z});
     state.insert(state.end(), {q.x, q.y, q.z, q.w});
   }
   return state;
@@ -47,7 +49,7 @@ std::vector<float> state_of(const Bodies<float>& bodies) {
 
 struct Momentum {
   Vector3<double> sum{0, 0, 0};
-  double magnitude = 0;  // of what was added up
+  double magnitude = 0;  // the sum of the terms' magnitudes
 };
 
 void add(Momentum& momentum, const Vector3<double>& v) {
@@ -72,8 +74,9 @@ StepSettings settings_of(const Scene& scene) {
   return settings;
 }
 
-double residual(const SolverSettings& settings, std::span<const Manifold<float>> manifolds, std::span<const std::int32_t> body,
-                const World<float>& start, std::span<const Impulses<float>> impulses) {
+double residual(const SolverSettings& settings, std::span<const Manifold<float>> manifolds,
+                std::span<const std::int32_t> body, const World<float>& start,
+                std::span<const Impulses<float>> impulses) {
   Bodies<double> bodies = convert<double>(start).bodies;
   const Array<Impulses<double>> before = widened(impulses);
   Array<Impulses<double>> after = before;
@@ -81,7 +84,8 @@ double residual(const SolverSettings& settings, std::span<const Manifold<float>>
   SolverSettings one_sweep = settings;
   one_sweep.substeps = 1, one_sweep.biased_sweeps = 0, one_sweep.relax_sweeps = 1;
   const Array<Manifold<double>> contacts = widened(manifolds);
-  serial::contact_solver_original(one_sweep, std::span<const Manifold<double>>(contacts), body, bodies, std::span(after), moving);
+  serial::contact_solver_original(one_sweep, std::span<const Manifold<double>>(contacts), body, bodies,
+                                  std::span(after), moving);
   double sum = 0, rows = 0;
   for (std::size_t i = 0; i < manifolds.size(); ++i)
     for (int k = 0; k < manifolds[i].count; ++k)
@@ -99,16 +103,17 @@ double energy(const Bodies<float>& bodies, const Vector3<double>& gravity) {
     if (!(inverse.w > 0)) continue;
     const auto& [position, q, unused] = bodies.pose[i];
     const Vector3<double> v = wide(bodies.motion[i].velocity);
-    const Vector3<double> w = transposed_times(matrix_of(Quaternion<double>{q.x, q.y, q.z, q.w}), wide(bodies.motion[i].angular_velocity));
+    const Vector3<double> w =
+        transposed_times(matrix_of(Quaternion<double>{q.x, q.y, q.z, q.w}), wide(bodies.motion[i].angular_velocity));
     sum += (.5 * dot(v, v) - dot(gravity, wide(position))) / inverse.w;
     sum += .5 * (w.x * w.x / inverse.x + w.y * w.y / inverse.y + w.z * w.z / inverse.z);
   }
   return sum;
 }
 
-// An impulse changes two velocities, each by a rounding of what is added (3 u) and of the sum (u). A body's velocity is written once a row
-// of its contacts, n times in all: momentum is off by n u (m |v| + 3 impulses) at the most. An impulse of the step is at most what a
-// substep's is, times substeps.
+// An impulse changes two velocities, each by a rounding of the increment (3 u) and of the sum (u). A body's velocity is
+// written once per row of its contacts, n times in all. So momentum is off by at most n u (m |v| + 3 impulses). An
+// impulse of the step is at most that of a substep times the number of substeps.
 RigidRun run_rigid(const Scene& scene, Step<float>* step, int steps) {
   const StepSettings settings = settings_of(scene);
   const SolverSettings& solver = settings.solver;
@@ -136,8 +141,10 @@ RigidRun run_rigid(const Scene& scene, Step<float>* step, int steps) {
     }
     const Vector3<double> gained = solver.time_step * mass * solver.gravity;
     const Vector3<double> off = after.sum - before.sum - gained;
-    const double writes = solver.substeps * (*std::ranges::max_element(rows_of) * (1. + solver.biased_sweeps + solver.relax_sweeps) + 6);
-    const double allowed = writes * unit_roundoff * (before.magnitude + after.magnitude + std::sqrt(dot(gained, gained)) + 3 * impulses);
+    const double writes =
+        solver.substeps * (*std::ranges::max_element(rows_of) * (1. + solver.biased_sweeps + solver.relax_sweeps) + 6);
+    const double allowed =
+        writes * unit_roundoff * (before.magnitude + after.magnitude + std::sqrt(dot(gained, gained)) + 3 * impulses);
     run.frames.push_back({state_of(world.bodies), deepest, energy(world.bodies, solver.gravity),
                           free && allowed > 0 ? std::sqrt(dot(off, off)) / allowed : 0});
   }

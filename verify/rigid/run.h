@@ -1,4 +1,4 @@
-// Whole runs of rigid bodies: how far the solver is from a solution, and what holds of a run beyond the bits.
+// Whole runs of rigid bodies: how far the solver is from a solution, and what physics conserves in a run.
 #pragma once
 
 #include <memory>
@@ -11,16 +11,19 @@
 
 namespace lockstep::verify {
 
-// How far impulses and velocities are from solving a contact problem: by how much another sweep, in double and in the original order, would
-// change impulses, N s, root mean square over all rows. `start` is the world whose bodies the solver was given; `impulses` is what it left.
+// How far impulses and velocities are from solving a contact problem: by how much another sweep, in double and in the
+// original order, would change impulses, N s, root mean square over all rows. `start` is the world that the solver was
+// given; `impulses` is its result.
 double residual(const rigid::SolverSettings& settings, std::span<const rigid::Manifold<float>> manifolds,
-                std::span<const std::int32_t> body, const rigid::World<float>& start, std::span<const rigid::Impulses<float>> impulses);
+                std::span<const std::int32_t> body, const rigid::World<float>& start,
+                std::span<const rigid::Impulses<float>> impulses);
 
-// Kinetic and gravitational energy of what moves, J, in double from the float state; gravity's zero is the origin.
+// Kinetic and gravitational energy of all moving bodies, J, in double from the float state. Gravity's zero is the
+// origin.
 double energy(const rigid::Bodies<float>& bodies, const Vector3<double>& gravity);
 
-// A run, step by step: where bodies are and how they move, the deepest contact, m, the energy, J, and, where nothing static touched
-// anything, by how much the momentum went another way than gravity's, relative to what rounding allows.
+// A run, step by step: poses and velocities of bodies, the deepest contact, m, and the energy, J. If no body touched a
+// static one, also how far the change of momentum is from gravity's, relative to the bound of rounding.
 struct RigidRun {
   struct Frame {
     std::vector<float> state;  // [13 body + k]: position, orientation, velocity, angular velocity
@@ -30,8 +33,9 @@ struct RigidRun {
 };
 RigidRun run_rigid(const rigid::Scene& scene, rigid::Step<float>* step, int steps);
 
-// How far apart energies of a run may be after each step, J: `step` runs three times more, with every body moved by one ulp along one
-// axis. How far each of them has ever been from `run`, added up over the three: rounding disturbs all axes, and to first order effects add.
+// How far apart the energies of a run may be after each step, J. `step` runs three times more, with every body moved by
+// one ulp along one axis. The result is how far each of these runs has ever been from `run`, added up over the three.
+// Rounding disturbs all axes, and to first order effects add.
 std::vector<double> energy_forgotten(const rigid::Scene& scene, rigid::Step<float>* step, const RigidRun& run);
 
 }  // namespace lockstep::verify

@@ -1,5 +1,5 @@
-// The whole step of rigid bodies, as the verifier and the benchmark see it: bitwise with the serial form of the same order of contacts, and,
-// in a form of its own, `batches_run`, by what physics keeps in a whole run.
+// The rows and benchmarks of the whole step of rigid bodies: bitwise with the serial form of the same order of
+// contacts. The form `batches_run` judges a whole run by what physics conserves.
 #include "common/rigid/step.h"
 
 #include <algorithm>
@@ -20,11 +20,12 @@ struct State {
   World<float> world;
   StepMemory<float> memory;
 };
-// What a step leaves: bodies, and the impulses that the next one starts with.
+// The output of a step: bodies, and the impulses that the next step starts with.
 template <Same<State> S, class F>
 void for_each_array(S& s, const F& f) {
   for_each_array(s.world.bodies, f);
-  f("manifolds", s.memory.manifolds, s.memory.manifolds.size()), f("impulses", s.memory.impulses, s.memory.impulses.size());
+  f("manifolds", s.memory.manifolds, s.memory.manifolds.size());
+  f("impulses", s.memory.impulses, s.memory.impulses.size());
 }
 
 Case step_case(const std::string& path, Step<float>* serial, Step<float>* openmp) {
@@ -41,9 +42,9 @@ Case step_case(const std::string& path, Step<float>* serial, Step<float>* openmp
   });
 }
 
-// A whole run from the scene's start. Steps have the serial bits, so the run cannot leave the serial one; what is asked besides is that
-// every number is finite, that momentum changes by what gravity and static bodies give, and no more than rounding allows, and that the
-// energy is as near to the serial run's as the serial run is to itself after a change of one ulp.
+// A whole run from the scene's start. Steps have the serial bits, so the run cannot leave the serial one. In addition
+// every number must be finite, momentum must change only by gravity and static bodies, to within rounding, and the
+// energy must be as near to the serial run's as a serial run whose start was changed by one ulp.
 Case run_case(const std::string& path, Step<float>* serial, Step<float>* openmp) {
   struct State {
     Scene scene;
@@ -51,7 +52,7 @@ Case run_case(const std::string& path, Step<float>* serial, Step<float>* openmp)
     RigidRun expected, found;
     std::vector<double> energy_forgotten;  // J, [step]
   };
-  constexpr double body_steps = 3e5;  // how long a run is: long enough for bodies to meet, short enough to wait for
+  constexpr double body_steps = 3e5;  // the length of a run: long enough for bodies to meet, short enough to wait for
   auto s = std::make_shared<State>(State{load_scene(path), 0, {}, {}, {}});
   s->steps = std::clamp(static_cast<int>(body_steps / s->scene.world.bodies.count), 5, 200);
   s->expected = run_rigid(s->scene, serial, s->steps);
@@ -72,15 +73,18 @@ Case run_case(const std::string& path, Step<float>* serial, Step<float>* openmp)
                 if (judgement.passed) judgement.worst_at = what + at;
                 judgement.passed = false;
               };
-              if (!std::ranges::all_of(frame.state, [](float x) { return std::isfinite(x); })) fail("a number is not finite");
-              if (!std::ranges::equal(frame.state, s->expected.frames[f].state)) fail("another state than the serial run's");
+              if (!std::ranges::all_of(frame.state, [](float x) { return std::isfinite(x); }))
+                fail("a number is not finite");
+              if (!std::ranges::equal(frame.state, s->expected.frames[f].state))
+                fail("another state than the serial run's");
               if (!(frame.momentum_error <= 1)) fail("momentum is off by more than rounding");
-              const double energies = std::abs(frame.energy - s->expected.frames[f].energy), forgotten = s->energy_forgotten[f];
+              const double energies = std::abs(frame.energy - s->expected.frames[f].energy),
+                           forgotten = s->energy_forgotten[f];
               if (!(energies <= forgotten)) fail("energy is farther from the serial run's than that is from itself");
               if (judgement.passed && frame.momentum_error >= judgement.error) {
                 char text[160];
-                std::snprintf(text, sizeof text, "momentum%s; deepest %.2g mm; energy %.6g J, off by %.2g of %.2g", at.c_str(),
-                              1e3 * frame.deepest, frame.energy, energies, forgotten);
+                std::snprintf(text, sizeof text, "momentum%s; deepest %.2g mm; energy %.6g J, off by %.2g of %.2g",
+                              at.c_str(), 1e3 * frame.deepest, frame.energy, energies, forgotten);
                 judgement.error = frame.momentum_error, judgement.worst_at = text;
               }
             }
@@ -103,16 +107,17 @@ const Register step{
     {.name = "rigid/step",
      .place = 17,
      .serial_forms = {"original", "batches"},
-     .forms = {{.name = "original",
-                .make = [](const std::string& path) { return step_case(path, serial::step_original, openmp::step_original); },
-                .scenes = scenes_of_all(settled, for_tsan)},
-               {.name = "batches",
-                .make = [](const std::string& path) { return step_case(path, serial::step_batches, openmp::step_batches); },
-                .scenes = scenes_of_all(and_castle, for_tsan)},
-               {.name = "batches_run",
-                .make = [](const std::string& path) { return run_case(path, serial::step_batches, openmp::step_batches); },
-                .scenes = scenes_of_runs(),
-                .covered_by = "batches"}}}};
+     .forms = {
+         {.name = "original",
+          .make = [](const std::string& path) { return step_case(path, serial::step_original, openmp::step_original); },
+          .scenes = scenes_of_all(settled, for_tsan)},
+         {.name = "batches",
+          .make = [](const std::string& path) { return step_case(path, serial::step_batches, openmp::step_batches); },
+          .scenes = scenes_of_all(and_castle, for_tsan)},
+         {.name = "batches_run",
+          .make = [](const std::string& path) { return run_case(path, serial::step_batches, openmp::step_batches); },
+          .scenes = scenes_of_runs(),
+          .covered_by = "batches"}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

@@ -1,4 +1,4 @@
-// Sweep and prune, as the verifier and the benchmark see it: pairs, order and axis bitwise with its serial twin.
+// The rows and benchmarks of sweep and prune: pairs, order and axis bitwise with the serial twin.
 #include <algorithm>
 
 #include "common/rigid/broad_phase.h"
@@ -23,7 +23,7 @@ void for_each_array(S& s, const F& f) {
   f("axis", s.axis, s.axis.size());
 }
 
-// How many boxes each meets along the axis that is swept: its candidates, tested sixteen at once.
+// How many boxes each box meets along the swept axis: its candidates, tested sixteen at once.
 std::vector<int> candidates_of_sweep(const Bounds<float>& bounds, int axis) {
   const Array<float>&low = spatial::along(bounds.low, axis), &high = spatial::along(bounds.high, axis);
   std::vector<float> lows;
