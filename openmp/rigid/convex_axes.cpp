@@ -20,6 +20,7 @@
 #include "common/real.h"
 #include "common/rigid/core_axes.h"
 #include "common/simd.h"
+#include "openmp/rigid/hull_components.h"
 #include "openmp/rigid/hull_lanes.h"
 #include "openmp/rigid/lanes.h"
 
@@ -42,53 +43,10 @@ struct PlacedVertices {
   Vector3<Real> operator[](int k) const { return {x[k], y[k], z[k]}; }
 };
 
-// The hulls of all pairs by component, so that sixteen vertices or faces of one are loaded side by side. A hull is met in many pairs, and
-// transposed once. Elements beyond the last repeat it.
-struct HullComponents {
-  std::vector<std::int32_t> begin;  // [hull]: where its components begin; -1 of what no pair has
-  Array<Real> component;            // of a hull: x, y and z of its vertices, then x, y, z and w of its planes, each in whole vectors
-};
-
-constexpr int whole(int count) { return (count + lanes - 1) / lanes * lanes; }
-
-HullComponents components_of(const Placed<Real>& placed, std::span<const Pair> pairs) {
-  const Hulls<Real>& hulls = placed.hulls;
-  HullComponents result;
-  result.begin.assign(hulls.count, -1);
-  std::vector<std::int32_t> met;
-  std::int32_t end = 0;
-  for (const auto& [a, b] : pairs)
-    for (const int collider : {a, b}) {
-      const int hull = placed.colliders.hull[collider];
-      if (result.begin[hull] >= 0) continue;
-      result.begin[hull] = end;
-      met.push_back(hull);
-      end += 3 * whole(hulls.vertices(hull)) + 4 * whole(hulls.faces(hull));
-    }
-  result.component.resize(end);
-
-  // A hull is in `met` once, and its components are its own.
-#pragma omp parallel for schedule(static)
-  for (const int hull : met) {
-    Real* out = &result.component[result.begin[hull]];
-    const auto transpose_quads = [&](const Array<Quad<Real>>& quads, int first, int count, int components) {
-      for (int k = 0; k < count; k += lanes) {
-        const auto [x, y, z, w] = load_quad(quads, indices_of(min(lane_index() + k, intv(count - 1)) + first));
-        const floatv component[] = {x, y, z, w};
-        for (int c = 0; c < components; ++c) store(out + c * whole(count) + k, component[c]);
-      }
-      out += components * whole(count);
-    };
-    transpose_quads(hulls.vertex, hulls.first_vertex[hull], hulls.vertices(hull), 3);
-    transpose_quads(hulls.plane, hulls.first_face[hull], hulls.faces(hull), 4);
-  }
-  return result;
-}
-
 // A collider's hull.
 struct Shape {
   int vertices, faces;
-  const Real* vertex;                // as it stands in the library; x, y, z
+  const Real* vertex;                // as in the library; x, y, z
   const Real* plane;                 // [face]; x, y, z
   const Real* distance;              // [face]: of the plane from the origin
   const std::int32_t* first_corner;  // [face]
@@ -129,8 +87,10 @@ Vector3<Real> normal_of(const Shape& shape, int face) {
   return {shape.plane[face], shape.plane[stride + face], shape.plane[2 * stride + face]};
 }
 
-// How high a point of the shape's frame is above a face, and above sixteen.
-Real height(const Shape& shape, int face, const Vector3<Real>& point) { return dot(normal_of(shape, face), point) - shape.distance[face]; }
+// The height of a point of the shape's frame above a face, and above sixteen, m.
+Real height(const Shape& shape, int face, const Vector3<Real>& point) {
+  return dot(normal_of(shape, face), point) - shape.distance[face];
+}
 floatv height(const Shape& shape, int face, const Vector3<floatv>& point) {
   return dot(shape.sixteen_normals(face), point) - load(shape.distance + face);
 }

@@ -24,6 +24,8 @@
 #include "common/rigid/simplex.h"
 #include "common/simd.h"
 #include "openmp/rigid/full_blocks.h"
+#include "openmp/rigid/hull_lanes.h"
+#include "openmp/rigid/hull_vertices.h"
 #include "openmp/rigid/lanes.h"
 
 namespace lockstep::rigid::openmp {
@@ -38,31 +40,12 @@ using Mask = maskv;
 using Index = intv;
 using Vector = Vector3<Number>;
 
-// Of sixteen hulls, a hull a lane: the vertices, side by side. Where a hull has fewer than another, its first one is repeated.
-struct Vertices {
-  Index first;  // in the library
-  int count;   // of the hull that has most
-  Vector position[most_hull_vertices];
-};
-
 // quad[index] in each lane. Without the empty assembly, which may change the indices for all that g++ knows, it would not read them back
 // from memory but take the vector apart in registers: two moves a lane, some on the ports that turn records round, and 5 % of the time.
 LOCKSTEP_INLINE Vector position(const Array<Quad<Real>>& quad, Index index) {
   Indices indices = indices_of(index);
   asm("" : "+m"(indices));
   return vector_of(load_quad(quad, indices));
-}
-
-// The vertex farthest along a direction; the first of equals.
-LOCKSTEP_INLINE Index support(const Vertices& vertices, const Vector& direction) {
-  Index farthest = 0;
-  Number most = dot(direction, vertices.position[0]);
-  for (int k = 1; k < vertices.count; ++k) {
-    const Number along = dot(direction, vertices.position[k]);
-    where(along > most, farthest) = k;
-    most = max(along, most);
-  }
-  return farthest;
 }
 
 struct Corner {
@@ -94,32 +77,6 @@ struct Problem {
   }
 };
 
-// Four vertices of every hull at a time, sixteen numbers side by side, which then change from a row a hull to a row a coordinate.
-LOCKSTEP_INLINE void load_vertices(const Hulls<Real>& hulls, const Indices& hull, Vertices& vertices) {
-  Indices begin, vertices_of;
-  int least = most_hull_vertices;
-  vertices.count = 0;
-  for (int l = 0; l < lanes; ++l) {
-    const int n = hulls.vertices(hull.index[l]);
-    begin.index[l] = hulls.first_vertex[hull.index[l]], vertices_of.index[l] = n;
-    vertices.count = std::max(vertices.count, n), least = std::min(least, n);
-  }
-  vertices.first = load(begin.index);
-  const Index count = load(vertices_of.index);
-  for (int k = 0; k < vertices.count; k += 4) {
-    Number row[lanes];
-    if (k < least)
-      for (int l = 0; l < lanes; ++l) row[l] = load(&hulls.vertex[begin.index[l] + k].x);
-    else
-      for (int l = 0; l < lanes; ++l) row[l] = load(&hulls.vertex[begin.index[l] + (k < vertices_of.index[l] ? k : 0)].x);
-    transpose(row);
-    for (int m = 0; m < 4; ++m) {
-      const Vector v = {row[4 * m], row[4 * m + 1], row[4 * m + 2]};
-      vertices.position[k + m] = k + m == 0 ? v : select(count > k + m, v, vertices.position[0]);
-    }
-  }
-}
-
 // One by one: a gather takes as many accesses, and in lanes the hulls would only be taken apart again.
 LOCKSTEP_INLINE Indices hulls_of(const Colliders<Real>& colliders, const Indices& collider) {
   Indices hull;
@@ -128,14 +85,12 @@ LOCKSTEP_INLINE Indices hulls_of(const Colliders<Real>& colliders, const Indices
 }
 
 LOCKSTEP_INLINE void make_problem(const Placed<Real>& placed, const PairLanes& pairs, Problem& problem) {
-  const auto& [colliders, hulls, pose] = placed;
+  const auto& [colliders, hulls, unused] = placed;
   problem.hulls = &hulls;
   problem.hull_a = hulls_of(colliders, pairs.a), problem.hull_b = hulls_of(colliders, pairs.b);
   load_vertices(hulls, problem.hull_a, problem.a);
   load_vertices(hulls, problem.hull_b, problem.b);
-  const Pose<Number> a = load_pose(pose, pairs.a), b = load_pose(pose, pairs.b);
-  problem.cores = make_cores(vector_of(load_quad(colliders.size, pairs.a)), vector_of(load_quad(colliders.size, pairs.b)), a.position,
-                             b.position, a.orientation, b.orientation);
+  problem.cores = load_cores(placed, pairs);
 }
 
 // From the middle of a to that of b, in a's frame.
