@@ -16,6 +16,7 @@
 
 #include "common/fluid/file.h"
 #include "common/input_error.h"
+#include "common/linear/matrix_market.h"
 #include "common/memory.h"
 #include "common/obj.h"
 #include "verify/domain.h"
@@ -98,6 +99,25 @@ inline void try_obj(const std::string& path) {
   std::filesystem::remove(scene);
 }
 
+// Rows hold what Rows says; a scene that names the file takes it or refuses it, too.
+inline void try_matrix_market(const std::string& path) {
+  linear::MarketMatrix matrix;
+  if (!accepted([&] { matrix = linear::read_matrix_market(path); })) return;
+  const linear::Rows<float>& a = matrix.rows;
+  must(a.rows > 0 && a.columns > 0, "a matrix of no rows or columns");
+  must(!matrix.symmetric || a.rows == a.columns, "a symmetric matrix is not square");
+  must(a.begin.size() == static_cast<std::size_t>(a.rows) + 1 && a.begin.front() == 0, "rows are not counted");
+  must(static_cast<std::size_t>(a.begin.back()) == a.value.size(), "rows do not end with the entries");
+  must(a.column.size() == a.value.size(), "an entry without a column");
+  for (int i = 0; i < a.rows; ++i)
+    for (int k = a.begin[i]; k < a.begin[i + 1]; ++k)
+      must(k == a.begin[i] || a.column[k - 1] < a.column[k], "the columns of a row do not ascend");
+  const std::string scene = path + ".toml";
+  write_bytes(scene, "kind = \"linear\"\n[file]\nmatrix = \"" + path.substr(path.rfind('/') + 1) + "\"\n");
+  try_scene_of(verify::domain_of_scene(scene), scene);  // whose values are finite, and whose columns are there
+  std::filesystem::remove(scene);
+}
+
 struct Loader {
   std::string name;  // also of its folders in corpus/ and found/
   std::string file;  // name of the input file; its extension matters
@@ -111,12 +131,14 @@ inline std::vector<Loader> loaders() {
     all.push_back({domain.name, "scene.toml", [&domain](const std::string& path) { try_scene_of(domain, path); }});
   all.push_back({"fluid_file", "in.fluid", try_fluid_file});
   all.push_back({"obj", "in.obj", try_obj});
+  all.push_back({"matrix_market", "in.mtx", try_matrix_market});
   return all;
 }
 
-// Writes a tetrahedron beside the inputs, which scenes may name.
+// Writes a tetrahedron and a matrix of two rows beside the inputs, which scenes may name.
 inline void write_neighbours(const std::string& folder) {
   write_bytes(folder + "/a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  write_bytes(folder + "/a.mtx", "%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 2\n2 1 -1\n2 2 2\n");
 }
 
 // Throws or crashes if there is a finding.
