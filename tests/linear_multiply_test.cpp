@@ -4,6 +4,7 @@
 #include <limits>
 #include <set>
 
+#include "common/linear/dot.h"
 #include "common/linear/make.h"
 #include "common/linear/multiply.h"
 #include "tests/linear_matrices.h"
@@ -141,6 +142,27 @@ TEST(LinearMultiply, BlockRowsAreEigens) {
       openmp::multiply(sliced, x, std::span(z).first(3 * a.rows));
       EXPECT_TRUE(same_bits(std::span(z).first(3 * a.rows), y));
       EXPECT_TRUE(same_bits(std::span(z).last(3), Array<float>(3, 77)));
+    });
+  }
+}
+
+TEST(LinearMultiply, AddsUpItsDotProductAsDotDoes) {
+  for (const Rows<float>& a : {make_poisson(13, .3), random_definite(1024, 3, 1), random_definite(1041, 4, 2),
+                               random_definite(15, 2, 3), tridiagonal(1), Rows<float>{}}) {
+    Array<float> x = random_vector<float>(a.columns, 9), y(a.rows);
+    // So that order shows.
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] *= std::ldexp(1.f, static_cast<int>(i % 60));
+    serial::multiply(a, x, y);
+    const double product = serial::dot(view(x), view(y));
+    Array<float> z(a.rows, 77);
+    EXPECT_EQ(serial::multiply_and_dot(a, x, z), product);
+    EXPECT_TRUE(same_bits(z, y));
+    const SlicedRows sliced = slice(a);
+    at_each_thread_count([&] {
+      Array<float> w(a.rows + 3, 77);
+      EXPECT_EQ(openmp::multiply_and_dot(sliced, x, std::span(w).first(a.rows)), product);
+      EXPECT_TRUE(same_bits(std::span(w).first(a.rows), y));
+      EXPECT_TRUE(same_bits(std::span(w).last(3), Array<float>(3, 77)));
     });
   }
 }

@@ -7,6 +7,7 @@
 #include "common/linear/conjugate_gradients.h"
 #include "common/linear/incomplete_cholesky.h"
 #include "common/linear/make.h"
+#include "common/linear/dot.h"
 #include "common/linear/multiply.h"
 #include "tests/linear_matrices.h"
 
@@ -42,7 +43,7 @@ Array<double> solve_directly(const Rows<float>& a, const Array<float>& b) {
 
 template <class Real>
 System<Real> serial_system(const Rows<Real>& a, const auto& precondition) {
-  return {[&](std::span<const Real> x, std::span<Real> y) { serial::multiply(a, x, y); }, precondition,
+  return {[&](std::span<const Real> x, std::span<Real> y) { return serial::multiply_and_dot(a, x, y); }, precondition,
           [&](std::span<const Real> b, std::span<const Real> x) { return residual_norm(a, b, x); }};
 }
 
@@ -280,7 +281,7 @@ TEST(LinearConjugateGradients, HasTheSerialBits) {
     at_each_thread_count([&] {
       Array<float> y(a.rows);
       const Solution o = openmp::conjugate_gradients(
-          {[&](std::span<const float> p, std::span<float> q) { openmp::multiply(sliced, p, q); },
+          {[&](std::span<const float> p, std::span<float> q) { return openmp::multiply_and_dot(sliced, p, q); },
            [&](std::span<const float> r, std::span<float> z) { openmp::solve(lanes_of_f, r, z); },
            [&](std::span<const float> c, std::span<const float> z) { return residual_norm(a, c, z); }},
           b, y, {});
@@ -295,7 +296,10 @@ TEST(LinearConjugateGradients, HasTheSerialBits) {
   Array<float> x(b.size());
   const auto residual = [&](std::span<const float> c, std::span<const float> z) { return residual_norm(a, c, z); };
   const Solution s = serial::conjugate_gradients(
-      {[&](std::span<const float> p, std::span<float> q) { serial::multiply(a, p, q); },
+      {[&](std::span<const float> p, std::span<float> q) {
+         serial::multiply(a, p, q);
+         return serial::dot(p, std::span<const float>(q));
+       },
        [&](std::span<const float> r, std::span<float> z) { serial::multiply(diagonal, r, z); }, residual},
       b, x, {});
   EXPECT_NEAR(s.true_residual, (to_eigen(b) - to_eigen(scalar_rows(a)) * to_eigen(x)).norm() / to_eigen(b).norm(),
@@ -303,7 +307,10 @@ TEST(LinearConjugateGradients, HasTheSerialBits) {
   at_each_thread_count([&] {
     Array<float> y(b.size());
     const Solution o = openmp::conjugate_gradients(
-        {[&](std::span<const float> p, std::span<float> q) { openmp::multiply(sliced, p, q); },
+        {[&](std::span<const float> p, std::span<float> q) {
+           openmp::multiply(sliced, p, q);
+           return openmp::dot(p, q);
+         },
          [&](std::span<const float> r, std::span<float> z) { openmp::multiply(sliced_diagonal, r, z); }, residual},
         b, y, {});
     EXPECT_EQ(o.iterations, s.iterations);

@@ -29,9 +29,8 @@ namespace lockstep::linear {
 
 template <class Real>
 struct System {
-  using Apply = std::function<void(std::span<const Real> x, std::span<Real> y)>;
-  Apply multiply;      // y = A x
-  Apply precondition;  // y = M^-1 x
+  std::function<double(std::span<const Real> x, std::span<Real> y)> multiply;    // y = A x; returns x . y (dot.h)
+  std::function<void(std::span<const Real> x, std::span<Real> y)> precondition;  // y = M^-1 x
   // |b - A x|, computed in double (residual_norm).
   std::function<double(std::span<const Real> b, std::span<const Real> x)> residual;
 };

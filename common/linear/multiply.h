@@ -5,6 +5,8 @@
 //
 //   rows         serial: compressed rows. openmp: sixteen rows a slice (SlicedRows).
 //   block_rows   serial: compressed rows of 3x3 blocks. openmp: sixteen block rows a slice (SlicedBlockRows).
+//   rows_and_dot rows of a square matrix, and x . y, summed as dot does (common/linear/dot.h). openmp: in one pass; the
+//                slices are of one group, so that slice s begins at row 16 s.
 //
 // In: A; x of A's columns (times 3). Out: y of A's rows (times 3). x and y do not overlap and may stand anywhere;
 // nothing beyond them is touched, and x_j only where column j has an entry in a row.
@@ -21,17 +23,22 @@ namespace lockstep::linear {
 
 template <class Matrix, class Real>
 using Multiply = void(const Matrix& a, std::span<const Real> x, std::span<Real> y);
+template <class Matrix, class Real>
+using MultiplyAndDot = double(const Matrix& a, std::span<const Real> x, std::span<Real> y);
 
 namespace serial {
 Multiply<Rows<float>, float> multiply;
 Multiply<Rows<double>, double> multiply;
 Multiply<BlockRows<float>, float> multiply;
 Multiply<BlockRows<double>, double> multiply;
+MultiplyAndDot<Rows<float>, float> multiply_and_dot;
+MultiplyAndDot<Rows<double>, double> multiply_and_dot;
 }  // namespace serial
 
 namespace openmp {
 Multiply<SlicedRows, float> multiply;
 Multiply<SlicedBlockRows, float> multiply;
+MultiplyAndDot<SlicedRows, float> multiply_and_dot;
 }  // namespace openmp
 
 }  // namespace lockstep::linear

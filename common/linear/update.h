@@ -1,8 +1,8 @@
 // Contract: the vector updates of conjugate gradients.
 //
 //   axpy      y += a x
-//   xpay      p = z + b p
-//   descend   x += a p, r -= a q; returns r . r, summed as dot does (common/linear/dot.h)
+//   advance   x += a p, then p = z + b p: the step along p, and the next direction, in one pass over p
+//   descend   r -= a q; returns r . r, summed as dot does (common/linear/dot.h)
 //
 // Each product and each sum rounds once. Vectors of one call have one length, do not overlap, and may stand anywhere;
 // nothing beyond their last element is touched.
@@ -17,22 +17,22 @@ namespace lockstep::linear {
 template <class Real>
 using Axpy = void(Real a, std::span<const Real> x, std::span<Real> y);
 template <class Real>
-using Xpay = void(std::span<const Real> z, Real b, std::span<Real> p);
+using Advance = void(Real a, std::span<const Real> z, Real b, std::span<Real> x, std::span<Real> p);
 template <class Real>
-using Descend = double(Real a, std::span<const Real> p, std::span<const Real> q, std::span<Real> x, std::span<Real> r);
+using Descend = double(Real a, std::span<const Real> q, std::span<Real> r);
 
 namespace serial {
 Axpy<float> axpy;
 Axpy<double> axpy;
-Xpay<float> xpay;
-Xpay<double> xpay;
+Advance<float> advance;
+Advance<double> advance;
 Descend<float> descend;
 Descend<double> descend;
 }  // namespace serial
 
 namespace openmp {
 Axpy<float> axpy;
-Xpay<float> xpay;
+Advance<float> advance;
 Descend<float> descend;
 }  // namespace openmp
 

@@ -7,8 +7,10 @@
 // The contract stands in common/linear/multiply.h.
 #include "common/linear/multiply.h"
 
+#include <algorithm>
 #include <cstddef>
 
+#include "openmp/linear/block_sums.h"
 #include "openmp/linear/slots.h"
 
 namespace lockstep::linear::openmp {
@@ -18,20 +20,38 @@ namespace {
 // at the end of each page of 4096.
 constexpr int ahead = 4;
 
+// The products of x and the rows of slice s, one a lane; 0 in lanes beyond the last row.
+LOCKSTEP_INLINE floatv times(const SlicedRows& a, std::size_t s, const float* x) {
+  floatv sum = 0.f;
+  for (int k = a.first_slot[s]; k < a.first_slot[s + 1]; ++k) {
+    const auto [active, value, at] = entries(a, a.slots[k], x);
+    where(active, sum) += value * at;
+  }
+  return sum;
+}
+
 }  // namespace
 
 void multiply(const SlicedRows& a, std::span<const float> x, std::span<float> y) {
   const int slices = a.slices();
   // A slice writes its own rows of y alone.
 #pragma omp parallel for schedule(static)
-  for (int s = 0; s < slices; ++s) {
-    floatv sum = 0.f;
-    for (int k = a.first_slot[s]; k < a.first_slot[s + 1]; ++k) {
-      const auto [active, value, at] = entries(a, a.slots[k], x.data());
-      where(active, sum) += value * at;
+  for (int s = 0; s < slices; ++s)
+    store(&y[a.first_row[s]], times(a, s, x.data()), first_lanes(a.first_row[s + 1] - a.first_row[s]));
+}
+
+// Slices are of sixteen rows, so a block of the dot product is 64 of them, and lanes stand as there.
+double multiply_and_dot(const SlicedRows& a, std::span<const float> x, std::span<float> y) {
+  return sum_of_blocks(y.size(), [&](std::size_t begin, std::size_t end) {
+    doublev sum = 0.;
+    for (std::size_t i = begin; i < end; i += lanes) {
+      const maskv rows = first_lanes(static_cast<int>(std::min<std::size_t>(lanes, end - i)));
+      const floatv product = times(a, i / lanes, x.data());
+      store(&y[i], product, rows);
+      sum = add_products(sum, load(&x[i], rows), product);
     }
-    store(&y[a.first_row[s]], sum, first_lanes(a.first_row[s + 1] - a.first_row[s]));
-  }
+    return reduce_add(sum);
+  });
 }
 
 void multiply(const SlicedBlockRows& a, std::span<const float> x, std::span<float> y) {

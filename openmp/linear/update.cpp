@@ -26,16 +26,19 @@ void axpy(float a, std::span<const float> x, std::span<float> y) {
   for_sixteens(y.size(), [&](std::size_t i, maskv in) { store(&y[i], load(&y[i], in) + a * load(&x[i], in), in); });
 }
 
-void xpay(std::span<const float> z, float b, std::span<float> p) {
-  for_sixteens(p.size(), [&](std::size_t i, maskv in) { store(&p[i], load(&z[i], in) + b * load(&p[i], in), in); });
+void advance(float a, std::span<const float> z, float b, std::span<float> x, std::span<float> p) {
+  for_sixteens(p.size(), [&](std::size_t i, maskv in) {
+    const floatv along = load(&p[i], in);
+    store(&x[i], load(&x[i], in) + a * along, in);
+    store(&p[i], load(&z[i], in) + b * along, in);
+  });
 }
 
-double descend(float a, std::span<const float> p, std::span<const float> q, std::span<float> x, std::span<float> r) {
+double descend(float a, std::span<const float> q, std::span<float> r) {
   return sum_of_blocks(r.size(), [&](std::size_t begin, std::size_t end) {
     doublev sum = 0.;
     for (std::size_t i = begin; i < end; i += lanes) {
       const maskv in = first_lanes(static_cast<int>(std::min<std::size_t>(lanes, end - i)));
-      store(&x[i], load(&x[i], in) + a * load(&p[i], in), in);
       const floatv rest = load(&r[i], in) - a * load(&q[i], in);
       store(&r[i], rest, in);
       sum = add_products(sum, rest, rest);

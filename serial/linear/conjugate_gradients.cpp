@@ -9,7 +9,7 @@
 namespace lockstep::linear::serial {
 
 Solution conjugate_gradients(const System<Real>& system, std::span<const Real> b, std::span<Real> x, const Stop& stop) {
-  return iterate<Real>(dot, xpay, descend, system, b, x, stop);
+  return iterate<Real>(dot, axpy, advance, descend, system, b, x, stop);
 }
 
 }  // namespace lockstep::linear::serial

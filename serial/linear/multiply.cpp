@@ -5,6 +5,7 @@
 
 #include <cstddef>
 
+#include "common/linear/dot.h"
 #include "common/real.h"
 
 namespace lockstep::linear::serial {
@@ -15,6 +16,11 @@ void multiply(const Rows<Real>& a, std::span<const Real> x, std::span<Real> y) {
     for (int k = a.begin[i]; k < a.begin[i + 1]; ++k) sum += a.value[k] * x[a.column[k]];
     y[i] = sum;
   }
+}
+
+double multiply_and_dot(const Rows<Real>& a, std::span<const Real> x, std::span<Real> y) {
+  multiply(a, x, y);
+  return dot(x, y);
 }
 
 void multiply(const BlockRows<Real>& a, std::span<const Real> x, std::span<Real> y) {

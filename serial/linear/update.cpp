@@ -14,15 +14,15 @@ void axpy(Real a, std::span<const Real> x, std::span<Real> y) {
   for (std::size_t i = 0; i < y.size(); ++i) y[i] += a * x[i];
 }
 
-void xpay(std::span<const Real> z, Real b, std::span<Real> p) {
-  for (std::size_t i = 0; i < p.size(); ++i) p[i] = z[i] + b * p[i];
+void advance(Real a, std::span<const Real> z, Real b, std::span<Real> x, std::span<Real> p) {
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    x[i] += a * p[i];
+    p[i] = z[i] + b * p[i];
+  }
 }
 
-double descend(Real a, std::span<const Real> p, std::span<const Real> q, std::span<Real> x, std::span<Real> r) {
-  for (std::size_t i = 0; i < r.size(); ++i) {
-    x[i] += a * p[i];
-    r[i] -= a * q[i];
-  }
+double descend(Real a, std::span<const Real> q, std::span<Real> r) {
+  for (std::size_t i = 0; i < r.size(); ++i) r[i] -= a * q[i];
   return dot(r, r);
 }
 

@@ -19,6 +19,7 @@
 #include <eigen3/Eigen/IterativeLinearSolvers>
 #include <eigen3/Eigen/SparseCore>
 
+#include "common/linear/dot.h"
 #include "common/linear/multiply.h"
 #include "verify/linear/inputs.h"
 #include "verify/twin.h"
@@ -69,9 +70,10 @@ void require_convergence(Judgement& judgement, const State& state, const Rows<fl
   judgement.passed = s.recursive_residual <= stop.tolerance && s.true_residual <= bound;
 }
 
-// An iteration multiplies by A and by M^-1, takes two dot products, and updates three vectors.
+// An iteration multiplies by A and by M^-1, takes three dot products, and updates three vectors; of what it reads and
+// writes, the matrices apart: A p and M^-1 r two vectors each, r . z two, x and p five, r three.
 Work work_of(const Solution& s, double rows, double matrix_bytes, double matrix_flops) {
-  return {rows * s.iterations, "rows", s.iterations * (matrix_bytes + 68 * rows),
+  return {rows * s.iterations, "rows", s.iterations * (matrix_bytes + 56 * rows),
           s.iterations * (matrix_flops + 12 * rows)};
 }
 
@@ -113,9 +115,9 @@ Case make_jacobi(const std::string& path) {
   const Rows<float> inverse = inverse_diagonal(in->scene.rows);
   const auto d = std::make_shared<const Diagonal>(Diagonal{inverse, slice(inverse)});
   const auto residual = [in](In b, In x) { return residual_norm(in->scene.rows, b, x); };
-  return make({.serial = {[in](In x, Out y) { serial::multiply(in->scene.rows, x, y); },
+  return make({.serial = {[in](In x, Out y) { return serial::multiply_and_dot(in->scene.rows, x, y); },
                           [d](In x, Out y) { serial::multiply(d->rows, x, y); }, residual},
-               .openmp = {[in](In x, Out y) { openmp::multiply(in->sliced, x, y); },
+               .openmp = {[in](In x, Out y) { return openmp::multiply_and_dot(in->sliced, x, y); },
                           [d](In x, Out y) { openmp::multiply(d->sliced, x, y); }, residual},
                .rows = in->scene.rows,
                .b = in->scene.b,
@@ -135,9 +137,15 @@ Case make_block_jacobi(const std::string& path) {
   const BlockRows<float> inverse = inverse_diagonal(in->scene.blocks);
   const auto d = std::make_shared<const Diagonal>(Diagonal{inverse, slice(inverse)});
   const auto residual = [in](In b, In x) { return residual_norm(in->scene.blocks, b, x); };
-  return make({.serial = {[in](In x, Out y) { serial::multiply(in->scene.blocks, x, y); },
+  return make({.serial = {[in](In x, Out y) {
+                            serial::multiply(in->scene.blocks, x, y);
+                            return serial::dot(x, In(y));
+                          },
                           [d](In x, Out y) { serial::multiply(d->rows, x, y); }, residual},
-               .openmp = {[in](In x, Out y) { openmp::multiply(in->sliced_blocks, x, y); },
+               .openmp = {[in](In x, Out y) {
+                            openmp::multiply(in->sliced_blocks, x, y);
+                            return openmp::dot(x, y);
+                          },
                           [d](In x, Out y) { openmp::multiply(d->sliced, x, y); }, residual},
                .rows = in->scene.rows,
                .b = in->scene.b,
@@ -175,7 +183,7 @@ std::function<void(State&)> eigen_solve(const std::shared_ptr<const Inputs>& in)
 }
 
 System<float> by_levels(const std::shared_ptr<const Factored>& in) {
-  return {[in](In x, Out y) { openmp::multiply(in->sliced, x, y); },
+  return {[in](In x, Out y) { return openmp::multiply_and_dot(in->sliced, x, y); },
           [in](In x, Out y) { openmp::solve(in->sliced_factor, x, y); },
           [in](In b, In x) { return residual_norm(in->rows, b, x); }};
 }
@@ -189,7 +197,7 @@ double flops_of_levels(const Factored& in) { return 4. * double(in.rows.value.si
 Case make_incomplete_cholesky(const std::string& path) {
   const auto in = factored(path);
   const auto scene = inputs(path);
-  return make({.serial = {[in](In x, Out y) { serial::multiply(in->rows, x, y); },
+  return make({.serial = {[in](In x, Out y) { return serial::multiply_and_dot(in->rows, x, y); },
                           [in](In x, Out y) { serial::solve(in->factor, x, y); },
                           [in](In b, In x) { return residual_norm(in->rows, b, x); }},
                .openmp = by_levels(in),
@@ -209,7 +217,7 @@ Case make_incomplete_cholesky_for_natural(const std::string& path) {
   const Stop stop = scene->scene.stop;
   const auto factor =
       std::make_shared<const Factor<float>>(serial::incomplete_cholesky(scene->scene.rows, scene->scene.modification));
-  const System<float> natural{[scene](In x, Out y) { serial::multiply(scene->scene.rows, x, y); },
+  const System<float> natural{[scene](In x, Out y) { return serial::multiply_and_dot(scene->scene.rows, x, y); },
                               [factor](In x, Out y) { serial::solve(*factor, x, y); },
                               [scene](In b, In x) { return residual_norm(scene->scene.rows, b, x); }};
   const System<float> levels = by_levels(in);

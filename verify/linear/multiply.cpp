@@ -35,6 +35,21 @@ Case make_rows(const std::string& path) {
   });
 }
 
+Case make_rows_and_dot(const std::string& path) {
+  const auto in = inputs(path);
+  State first = *start(*in);
+  first.number = {unwritten};
+  const double places = double(in->sliced.slots.size()) * lanes;
+  return make_case<State>({
+      .start = std::make_shared<const State>(first),
+      .serial = [in](State& s) { s.number[0] = serial::multiply_and_dot(in->scene.rows, in->x, s.y); },
+      .best_serial = nullptr,
+      .openmp = [in](State& s) { s.number[0] = openmp::multiply_and_dot(in->sliced, in->x, s.y); },
+      .compare = nullptr,
+      .work = work_of(*in, bytes_of(in->sliced), double(in->scene.rows.value.size()) / places),
+  });
+}
+
 Case make_block_rows(const std::string& path) {
   const auto in = inputs(path);
   return make_case<State>({
@@ -52,14 +67,19 @@ const Scenes for_rows = {.verify = {"poisson_64", "poisson_32", "file_truss", "f
                          .more = {"poisson_128", "elasticity_48"},
                          .bench = {"poisson_128"},
                          .tsan = {"poisson_32", "file_general"}};
+const Scenes for_rows_and_dot = {.verify = {"poisson_64", "poisson_32", "file_truss", "elasticity_24"},
+                                 .more = {"poisson_128", "elasticity_48"},
+                                 .bench = {"poisson_128"},
+                                 .tsan = {"poisson_32"}};
 const Scenes for_block_rows = {
     .verify = {"elasticity_24"}, .more = {"elasticity_48"}, .bench = {"elasticity_48"}, .tsan = {"elasticity_24"}};
 
 const Register multiply{
     {.name = "linear/multiply",
      .place = 3,
-     .serial_forms = {"rows", "block_rows"},
+     .serial_forms = {"rows", "rows_and_dot", "block_rows"},
      .forms = {{.name = "rows", .make = make_rows, .scenes = for_rows},
+               {.name = "rows_and_dot", .make = make_rows_and_dot, .scenes = for_rows_and_dot, .takes = is_solvable},
                {.name = "block_rows", .make = make_block_rows, .scenes = for_block_rows, .takes = has_blocks}}}};
 
 }  // namespace

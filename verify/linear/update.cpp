@@ -10,18 +10,18 @@ namespace {
 using namespace linear;
 using namespace linear_inputs;
 
-// The vectors that change are b and x; those that are read alone are the same two, reversed.
+// The vectors that change are b and x; the one that is read alone is b reversed.
 struct Read {
   std::shared_ptr<const State> start;
-  Array<float> p, q;
+  Array<float> p;
 };
 
 std::shared_ptr<const Read> read(const std::string& path) {
   const auto in = inputs(path);
   const std::size_t n = std::min(in->scene.b.size(), in->x.size());
   const State start{{in->scene.b.begin(), in->scene.b.begin() + n}, {in->x.begin(), in->x.begin() + n}, {unwritten}};
-  return std::make_shared<const Read>(Read{
-      std::make_shared<const State>(start), {start.x.rbegin(), start.x.rend()}, {start.y.rbegin(), start.y.rend()}});
+  return std::make_shared<const Read>(
+      Read{std::make_shared<const State>(start), {start.x.rbegin(), start.x.rend()}});
 }
 
 using Update = std::function<void(State&)>;
@@ -43,18 +43,20 @@ Case make_axpy(const std::string& path) {
       in, [in](State& s) { serial::axpy(.7f, in->p, s.y); }, [in](State& s) { openmp::axpy(.7f, in->p, s.y); }, 12, 2);
 }
 
-Case make_xpay(const std::string& path) {
+Case make_advance(const std::string& path) {
   const auto in = read(path);
-  return make(
-      in, [in](State& s) { serial::xpay(in->p, .7f, s.y); }, [in](State& s) { openmp::xpay(in->p, .7f, s.y); }, 12, 2);
+  const auto with = [in](Advance<float>* advance) {
+    return [in, advance](State& s) { advance(.7f, in->p, .3f, s.x, s.y); };
+  };
+  return make(in, with(serial::advance), with(openmp::advance), 20, 4);
 }
 
 Case make_descend(const std::string& path) {
   const auto in = read(path);
   const auto with = [in](Descend<float>* descend) {
-    return [in, descend](State& s) { s.number[0] = descend(.7f, in->p, in->q, s.x, s.y); };
+    return [in, descend](State& s) { s.number[0] = descend(.7f, in->p, s.y); };
   };
-  return make(in, with(serial::descend), with(openmp::descend), 24, 6);
+  return make(in, with(serial::descend), with(openmp::descend), 12, 4);
 }
 
 const Scenes scenes = {.verify = {"poisson_64", "file_truss", "file_general"},
@@ -64,9 +66,9 @@ const Scenes scenes = {.verify = {"poisson_64", "file_truss", "file_general"},
 
 const Register update{{.name = "linear/update",
                        .place = 2,
-                       .serial_forms = {"axpy", "xpay", "descend"},
+                       .serial_forms = {"axpy", "advance", "descend"},
                        .forms = {{.name = "axpy", .make = make_axpy, .scenes = scenes},
-                                 {.name = "xpay", .make = make_xpay, .scenes = scenes},
+                                 {.name = "advance", .make = make_advance, .scenes = scenes},
                                  {.name = "descend", .make = make_descend, .scenes = scenes}}}};
 
 }  // namespace
