@@ -17,6 +17,8 @@
 #define EIGEN_DONT_VECTORIZE
 #endif
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <eigen3/Eigen/Dense>
 #include <stdexcept>
@@ -91,6 +93,16 @@ inline LcpSolution solve_lcp(const Eigen::MatrixXd& m, const Eigen::VectorXd& q)
     if (basis[i] >= n) solution.z(basis[i] - n) = values(i);
   solution.w = m * solution.z + q;
   return solution;
+}
+
+// How negative what should be zero may come out: ties are ties to within 1e-10 (tests/lcp.h).
+inline double noise_of(const LcpSolution& s) { return 1e-10 * (1 + s.z.cwiseAbs().maxCoeff() + s.w.cwiseAbs().maxCoeff()); }
+
+inline void expect_complementary(const LcpSolution& s) {
+  ASSERT_TRUE(s.found);
+  EXPECT_GE(s.z.minCoeff(), -noise_of(s));
+  EXPECT_GE(s.w.minCoeff(), -noise_of(s));
+  EXPECT_LE(s.z.cwiseMin(s.w).maxCoeff(), noise_of(s));
 }
 
 }  // namespace lockstep

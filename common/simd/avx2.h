@@ -1,6 +1,7 @@
 // The back end for AVX2 with FMA and BMI2 (x86-64-v3): two registers a value, lanes 0-7 in lo and 8-15 in hi. A
-// mask is two registers as well, each lane all ones or all zeros. Contract: ../simd.h, whose order this file keeps; that
-// is why it is long.
+// mask is two registers as well, each lane all ones or all zeros. Contract: ../simd.h.
+//
+// One file, because every back end keeps the order of ../simd.h, so that back ends are read side by side.
 
 #ifndef LOCKSTEP_COMMON_SIMD_AVX2_H
 #define LOCKSTEP_COMMON_SIMD_AVX2_H

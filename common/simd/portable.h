@@ -1,6 +1,8 @@
 // The back end in plain C++: an array and a loop. It runs anywhere, and the thread sanitizer sees its accesses, while it does
 // not see those of registers wider than 128 bits. For that, -fno-builtin keeps the compiler from turning loops into calls
-// of memcpy. Contract: ../simd.h, whose order this file keeps; that is why it is long.
+// of memcpy. Contract: ../simd.h.
+//
+// One file, because every back end keeps the order of ../simd.h, so that back ends are read side by side.
 
 #ifndef LOCKSTEP_COMMON_SIMD_PORTABLE_H
 #define LOCKSTEP_COMMON_SIMD_PORTABLE_H
