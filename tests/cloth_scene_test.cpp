@@ -156,7 +156,7 @@ TEST_F(ClothSceneTest, MakesBodiesThickerForTheCloth) {
   EXPECT_EQ(scene.bodies.boxes[0].half.z, 3);
   EXPECT_DOUBLE_EQ(scene.cloth.bodies.boxes[0].half.z, 3.1);
   EXPECT_EQ(scene.bodies.boxes[0].axis[1].y, 1);
-  // About x, y turns to z and z to -y; then about z, x turns to y and -y to x.
+  // The turn about x takes y to z and z to -y. The turn about z then takes x to y and -y to x.
   const auto [x, y, z] = scene.bodies.boxes[1].axis;
   EXPECT_NEAR(x.y, 1, 1e-15);
   EXPECT_NEAR(y.z, 1, 1e-15);
@@ -208,7 +208,8 @@ TEST(ClothMemory, CountsWhatAClothAllocates) {
   EXPECT_GE(kept, counted / 6) << "what is needed in making, too, but not out of all proportion";
 }
 
-// Constraints beyond the first 64 batches cost by their number. Once, all batches of the busiest particle counted at every other.
+// Memory for constraints beyond the first 64 batches grows with their number. An earlier count charged every particle
+// with all batches of the busiest one.
 TEST(ClothMemory, CountsAFanByItsConstraints) {
   const double triangles = 100'000;
   EXPECT_LT(making_bytes(triangles + 1, 6 * triangles, triangles, 4 * triangles), 5e8);
@@ -217,7 +218,7 @@ TEST(ClothMemory, CountsAFanByItsConstraints) {
 // --- Meshes
 
 TEST_F(ClothSceneTest, TakesOpenAndNonManifoldMeshes) {
-  // Three triangles at one edge, and one that hangs by a corner.
+  // Three triangles share one edge, and one hangs by a corner.
   const std::string obj = square + "v 0.5 0 1\nv 3 0 0\nv 3 1 0\nf 1 2 3\nf 1 2 4\nf 1 2 5\nf 2 6 7\n";
   write_bytes(path("a.obj"), obj);
   const Cloth<double> cloth = load(head + mesh + "bending = true\n").cloth;

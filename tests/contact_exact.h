@@ -1,5 +1,6 @@
-// The contacts of one substep as a dense linear complementarity problem, its solution by pivoting (tests/lcp.h), and bounds on what the
-// iterative solver's result may differ by. Only the contracts and the tangents, along which friction is bounded, are the solver's own.
+// The contacts of one substep as a dense linear complementarity problem, its solution by pivoting (tests/lcp.h), and
+// bounds on how far the iterative solver's result may be from it. The code shares with the solver only its contracts
+// and its tangents: friction is bounded along them.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +20,8 @@ using Eigen::MatrixXd, Eigen::VectorXd;
 inline Eigen::Vector3d eigen(const Vector& v) { return {v.x, v.y, v.z}; }
 inline Eigen::Quaterniond eigen(const Quaternion<double>& q) { return {q.w, q.x, q.y, q.z}; }
 
-// Velocities are six numbers a body, impulses three a point: along normal, tangent, bitangent. v = before + inverse_mass J^T p.
+// A body has six velocities; a point has three impulses, along the normal, the tangent and the bitangent. v = before +
+// inverse_mass J^T p.
 struct System {
   MatrixXd inverse_mass, jacobian;
   VectorXd before;      // [6 body]: with gravity
@@ -31,7 +33,7 @@ struct System {
   VectorXd after(const VectorXd& impulses) const { return before + inverse_mass * (jacobian.transpose() * impulses); }
 };
 
-// What normals ask for: 0 <= p perpendicular to n . v + target + compliance p >= 0.
+// The condition along normals: 0 <= p perpendicular to n . v + target + compliance p >= 0.
 struct Wanted {
   VectorXd target, compliance;  // [point]: m/s, 1/kg
 };
@@ -55,7 +57,7 @@ VectorXd impulses_of(const Problem<Real>& p) {
   return Eigen::Map<VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
 }
 
-// Of the first substep.
+// The system of the first substep.
 inline System assemble(const SolverSettings& settings, const Problem<double>& p) {
   const Bodies<double>& b = p.bodies;
   int points = 0;
@@ -95,8 +97,9 @@ inline System assemble(const SolverSettings& settings, const Problem<double>& p)
   return s;
 }
 
-// Apart, the surface may be reached. Else a spring and a damper push, of stiffness k = m w^2 and damping d = 2 m z w, with the force that
-// they have at the end of the substep: p = -h (k (s + h n.v) + d n.v), which is n.v + s k / (d + h k) + p / (h (d + h k)) = 0.
+// A point that is apart may close its gap, and no more. At any other point a spring and a damper push, of stiffness k =
+// m w^2 and damping d = 2 m z w, with the force that they have at the end of the substep: p = -h (k (s + h n.v) + d
+// n.v). This is n.v + s k / (d + h k) + p / (h (d + h k)) = 0.
 inline Wanted soft(const SolverSettings& settings, const System& s) {
   const double h = settings.time_step / settings.substeps, w = 2 * std::numbers::pi * std::min(settings.hertz, .25 / h);
   Wanted wanted{VectorXd::Zero(s.points()), VectorXd::Zero(s.points())};
@@ -112,7 +115,7 @@ inline Wanted soft(const SolverSettings& settings, const System& s) {
   return wanted;
 }
 
-// After bodies have moved with v for a substep; static ones stay, whatever velocity they are said to have.
+// The condition after bodies have moved with v for a substep. Static bodies stay in place, whatever velocity they have.
 inline Wanted rigid(const SolverSettings& settings, const System& s, const VectorXd& v) {
   const double h = settings.time_step / settings.substeps;
   const VectorXd speed = s.jacobian * (s.inverse_mass.diagonal().array() > 0).select(v, 0);
@@ -121,15 +124,16 @@ inline Wanted rigid(const SolverSettings& settings, const System& s, const Vecto
   return wanted;
 }
 
-// What the problem sets perpendicular to the impulses along normals, and the speeds along tangents.
+// The gaps: what the problem sets perpendicular to the impulses along normals, and the speeds along tangents.
 inline VectorXd gaps(const System& s, const Wanted& wanted, const VectorXd& p) {
   VectorXd w = s.jacobian * s.after(p);
   for (int k = 0; k < s.points(); ++k) w(3 * k) += wanted.target(k) + wanted.compliance(k) * p(3 * k);
   return w;
 }
 
-// Impulses by Lemke's algorithm; empty where it finds none. Of a point with friction, seven variables: along the normal; along one way,
-// along the other, and a slack, the sliding speed, for each tangent. Without friction anywhere the normals alone.
+// Impulses by Lemke's algorithm; empty if it finds none. A point with friction has seven variables: the normal impulse,
+// and for each tangent the impulses in either direction and a slack, the sliding speed. Without friction the system has
+// the normal impulses alone.
 inline VectorXd pivoted(const System& s, const Wanted& wanted) {
   const int points = s.points(), each = s.friction.maxCoeff() > 0 ? 7 : 1;
   MatrixXd to_impulses = MatrixXd::Zero(3 * points, each * points), m = MatrixXd::Zero(each * points, each * points);
@@ -153,7 +157,8 @@ inline VectorXd pivoted(const System& s, const Wanted& wanted) {
   return to_impulses * solution.z;
 }
 
-// How far impulses are from a solution, m/s: what any one row would still change of its own speed. Zero in a solution, and nowhere else.
+// The residual of impulses, m/s: the most that a single row would still change of its own speed. It is zero for a
+// solution and only for a solution.
 inline double residual(const System& s, const Wanted& wanted, const VectorXd& p) {
   const VectorXd w = gaps(s, wanted, p);
   double worst = 0;
@@ -166,9 +171,10 @@ inline double residual(const System& s, const Wanted& wanted, const VectorXd& p)
   return worst;
 }
 
-// What rounding may leave between velocities and impulses, m/s and rad/s: every change of a row changes both bodies' velocities, and rounds
-// in them as often as it has operations, 16 at most, by u each of a velocity no larger than all there were at the start and all impulses
-// give together. The rows of all contacts of a body change in each sweep; tensors and arms are rounded, too, once.
+// The most by which rounding may separate velocities from impulses, m/s and rad/s. Every update of a row changes the
+// velocities of both bodies. It rounds them once for each of its operations, 16 at most, each time by u of a velocity
+// that is no larger than the initial velocities and all impulses give together. Each sweep updates the rows of all
+// contacts of a body. Tensors and arms are rounded once, too.
 inline double drift_bound(const System& s, const VectorXd& p, int sweeps, double unit_roundoff) {
   const MatrixXd pushes = s.jacobian.cwiseAbs();
   const double largest = s.before.cwiseAbs().maxCoeff() + (s.inverse_mass.cwiseAbs() * (pushes.transpose() * p.cwiseAbs())).maxCoeff();
@@ -178,10 +184,10 @@ inline double drift_bound(const System& s, const VectorXd& p, int sweeps, double
   return 16 * unit_roundoff * largest * (static_cast<double>(rows) * sweeps + 1);
 }
 
-// The same in the speed of a row.
+// The same bound for the speed of a row.
 inline double row_bound(const System& s, double drift) { return drift * s.jacobian.cwiseAbs().rowwise().sum().maxCoeff(); }
 
-// dv . M dv, of velocities that static bodies share.
+// The energy dv . M dv of the difference of two velocities; static bodies have the same velocity in both.
 inline double energy(const System& s, const VectorXd& dv) {
   double sum = 0;
   for (Eigen::Index i = 0; i < dv.size(); i += 3)
@@ -192,9 +198,9 @@ inline double energy(const System& s, const VectorXd& dv) {
   return sum;
 }
 
-// How far the velocities of two near-solutions p, q may be apart, in energy. With w the gaps, dv . M dv + compliance dp . dp = dp . dw, a
-// sum over rows. Along normals, where p, q >= 0 and p w, q w and the negative parts of w are nearly zero, the terms are at most |p w_p| +
-// |q w_q| + p (-w_q)+ + q (-w_p)+.
+// A bound on the energy of the difference between the velocities of two near-solutions p and q. With the gaps w, dv . M
+// dv + compliance dp . dp = dp . dw, a sum over rows. Along normals p, q >= 0, and p w, q w and the negative parts of w
+// are nearly zero. The terms are therefore at most |p w_p| + |q w_q| + p (-w_q)+ + q (-w_p)+.
 inline double normal_terms(const System& s, const Wanted& wanted, const VectorXd& p, const VectorXd& q) {
   const VectorXd at_p = gaps(s, wanted, p), at_q = gaps(s, wanted, q);
   double sum = 0;
@@ -205,7 +211,7 @@ inline double normal_terms(const System& s, const Wanted& wanted, const VectorXd
   return sum;
 }
 
-// Along tangents, where both stick, they are at most (|p| + |q|) (|w_p| + |w_q|).
+// Along tangents at which both stick, the terms are at most (|p| + |q|) (|w_p| + |w_q|).
 inline double sticking_terms(const System& s, const Wanted& wanted, const VectorXd& p, const VectorXd& q) {
   const VectorXd at_p = gaps(s, wanted, p), at_q = gaps(s, wanted, q);
   double sum = 0;
@@ -214,10 +220,11 @@ inline double sticking_terms(const System& s, const Wanted& wanted, const Vector
   return sum;
 }
 
-// Where they slide, p w = -mu p_n |w| but for r_p, so the term is at most r_p + r_q - mu dp_n (|w_p| - |w_q|). Of the last part, summed,
-// no more than mu sqrt(2) |dp| |J dv| is left, and that is at most `contraction` times dv . M dv, for J dv <= sqrt(largest) and
-// dp <= 1 / sqrt(least eigenvalue of J M^-1 J^T) times the root of dv . M dv. So where contraction < 1, velocities are unique, and
-// dv . M dv <= (normal_terms + sliding_terms) / (1 - contraction).
+// Along tangents at which they slide, p w = -mu p_n |w| but for a residual r_p, so a term is at most r_p + r_q - mu
+// dp_n (|w_p| - |w_q|). The sum of the last part is at most mu sqrt(2) |dp| |J dv|. This is at most `contraction` times
+// dv . M dv, because |J dv| is at most sqrt(largest eigenvalue of J M^-1 J^T) and |dp| at most 1 / sqrt(its least
+// eigenvalue), each times the root of dv . M dv. If contraction < 1, velocities are therefore unique, and dv . M dv <=
+// (normal_terms + sliding_terms) / (1 - contraction).
 inline double sliding_terms(const System& s, const Wanted& wanted, const VectorXd& p, const VectorXd& q) {
   double sum = 0;
   for (const VectorXd* i : {&p, &q}) {
@@ -233,7 +240,7 @@ inline double contraction_of(const System& s, double friction) {
   return friction * std::numbers::sqrt2 * std::sqrt(eigenvalues.maxCoeff() / eigenvalues.minCoeff());
 }
 
-// The body's axes along tangent, normal, -bitangent.
+// The orientation whose axes lie along tangent, normal and -bitangent.
 inline Quaternion<double> frame_of(const Vector& normal) {
   Vector t, b;
   make_tangents(normal, t, b);
@@ -243,7 +250,7 @@ inline Quaternion<double> frame_of(const Vector& normal) {
   return {q.x(), q.y(), q.z(), q.w()};
 }
 
-// A box of mass 2 on a slope through the origin.
+// A box of mass 2 rests on a slope through the origin.
 inline Problem<double> box_on_slope(const Vector& normal, const Vector& velocity, double friction) {
   Problem<double> p;
   const int ground = add_ground(p);

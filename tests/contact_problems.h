@@ -42,7 +42,7 @@ struct Body {
   double friction = 0, restitution = 0;
 };
 
-// With a collider of its own, of its own number.
+// Adds a body with one collider, which has the body's number.
 inline int add(Problem<double>& p, const Body& body) {
   Bodies<double>& b = p.bodies;
   const int i = b.count++;
@@ -75,7 +75,7 @@ inline void touch(Problem<double>& p, int collider_a, int collider_b, const Vect
   p.impulses.push_back({});
 }
 
-// Four corners of a rectangle around a middle, with sides along two directions.
+// The four corners of a rectangle around `middle`, with sides along s and t.
 inline Points rectangle(const Vector& middle, const Vector& s, const Vector& t, double separation = 0) {
   return {{middle - s - t, separation}, {middle + s - t, separation}, {middle + s + t, separation}, {middle - s + t, separation}};
 }
@@ -119,7 +119,7 @@ void solve_batches(const SolverSettings& settings, Problem<Real>& p) {
 
 inline Vector unit(const Vector& v) { return 1 / std::sqrt(dot(v, v)) * v; }
 
-// A ground that does not move, of friction 1, so that the contact's is the root of the other's.
+// A static ground of friction 1: the friction of a contact is then the square root of the other body's friction.
 inline int add_ground(Problem<double>& p) { return add(p, {.friction = 1}); }
 
 inline constexpr Vector box_half = {.5, .25, .4};
@@ -138,8 +138,9 @@ inline Problem<double> papers_bodies(double friction, const Vector& velocity) {
   return p;
 }
 
-// Bodies around a static one, or around none, and contacts of 1 to 4 points between neighbours whose normals lie within 30 degrees of the
-// line from one to the other: moving all bodies away from the first one then parts all contacts, so that there is a solution.
+// Bodies stand around a static one or around none. Contacts have 1 to 4 points, between neighbours whose normals lie
+// within 30 degrees of the line from one body to the other. A solution therefore exists: moving all bodies away from
+// the first one parts all contacts.
 inline Problem<double> cluster(int bodies, int contacts, bool with_static, double friction, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -165,7 +166,7 @@ inline Problem<double> cluster(int bodies, int contacts, bool with_static, doubl
     const Vector line = unit(at_b - at_a), across = unit(cross(line, vector())), normal = unit(line + .5 * across);
     Vector t, s;
     make_tangents(normal, t, s);
-    // Within .8 of both bodies along the line, as if they touched.
+    // The points lie within .8 of both bodies along the line, as if the bodies touched.
     Points points = rectangle(.5 * (at_a + at_b), (.2 + .1 * uniform(random)) * t, (.2 + .1 * uniform(random)) * s);
     points.resize(1 + random() % 4);
     for (ContactPoint<double>& point : points) point.separation = .004 * uniform(random);
@@ -179,7 +180,8 @@ bool same_bits(const Array<T>& a, const Array<T>& b) {
   return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
 }
 
-// Contacts of any bodies in any direction, two colliders a body, static ones moving like conveyors.
+// Contacts between arbitrary bodies in arbitrary directions. Each body has two colliders, and static bodies move like
+// conveyors.
 inline Problem<float> crowd(int bodies, int contacts, double static_share, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -213,7 +215,7 @@ inline Problem<float> crowd(int bodies, int contacts, double static_share, unsig
   }
   Problem<float> crowd = convert<float>(p);
   for (int i = 0; i < bodies; ++i)
-    if (crowd.bodies.inverse_mass[i].w == 0) crowd.bodies.motion[i].unused[0] = 7;  // so that a write to a static body would show
+    if (crowd.bodies.inverse_mass[i].w == 0) crowd.bodies.motion[i].unused[0] = 7;  // shows a write to a static body
   return crowd;
 }
 

@@ -95,7 +95,7 @@ inline LcpSolution solve_lcp(const Eigen::MatrixXd& m, const Eigen::VectorXd& q)
   return solution;
 }
 
-// How negative what should be zero may come out: ties are ties to within 1e-10 (tests/lcp.h).
+// The most by which a number that should be zero may be negative: ties count as ties to within 1e-10.
 inline double noise_of(const LcpSolution& s) { return 1e-10 * (1 + s.z.cwiseAbs().maxCoeff() + s.w.cwiseAbs().maxCoeff()); }
 
 inline void expect_complementary(const LcpSolution& s) {

@@ -25,14 +25,15 @@ TEST(Lcp, InOneDimension) {
 }
 
 TEST(Lcp, WithoutSolutionIsReported) {
-  // Two rows that push the same body apart, one each way: w0 = z0 - z1 - 1, w1 = z1 - z0 - 1 would add up to -2.
+  // Two rows push the same body in opposite directions: w0 = z0 - z1 - 1 and w1 = z1 - z0 - 1 would add up to -2.
   const MatrixXd m{{1, -1}, {-1, 1}};
   EXPECT_FALSE(solve_lcp(m, VectorXd::Constant(2, -1)).found);
   EXPECT_TRUE(solve_lcp(m, VectorXd{{-1, 1}}).found);  // w = 0 0 at z = 1 0
 }
 
-// A string from 0 to 1 under a load f, above a floor c below its ends: it lies on the floor between x and 1 - x, f x^2 / 2 = c, and is a
-// parabola beside it. Second differences of a parabola are exact, so the nodes have the values of the curve.
+// A string from 0 to 1 under a load f hangs above a floor c below its ends. It lies on the floor between x and 1 - x,
+// where f x^2 / 2 = c, and is a parabola on either side. Second differences of a parabola are exact, so the nodes have
+// the values of the curve.
 TEST(Lcp, StringAboveAFloor) {
   constexpr int nodes = 99, first_down = 30;  // node i at (i + 1) h
   constexpr double h = .01, f = 8, x = first_down * h, c = f * x * x / 2;
@@ -41,7 +42,7 @@ TEST(Lcp, StringAboveAFloor) {
     m(i, i) = 2 / (h * h);
     if (i > 0) m(i, i - 1) = m(i - 1, i) = -1 / (h * h);
   }
-  // z is the height above the floor: M (z - c) + f >= 0, where the ends, at height c, belong to the first and the last row.
+  // z is the height above the floor: M (z - c) + f >= 0. The ends, at height c, belong to the first and the last row.
   VectorXd q = VectorXd::Constant(nodes, f);
   q(0) -= c / (h * h), q(nodes - 1) -= c / (h * h);
   const LcpSolution s = solve_lcp(m, q);
@@ -49,12 +50,14 @@ TEST(Lcp, StringAboveAFloor) {
   for (int i = 0; i < nodes; ++i) {
     const double side = std::min((i + 1) * h, 1 - (i + 1) * h);
     const double height = side < x ? f * (x - side) * (x - side) / 2 : 0;
-    // What the rounding of q, 4 / h^2 c u, does through the inverse of M, of norm 1 / pi^2 (its lowest mode), times the nodes.
+    // q is rounded by 4 / h^2 c u. The inverse of M, of norm 1 / pi^2 (its lowest mode), magnifies this, once for each
+    // node.
     EXPECT_NEAR(s.z(i), height, nodes * 4 / (h * h) * c * u) << i;
   }
 }
 
-// All complementary bases tried: of a P-matrix, exactly one gives a solution, whatever q [Cottle, Pang, Stone, 3.3.7].
+// The test tries all complementary bases: for a P-matrix exactly one gives a solution, for every q [Cottle, Pang,
+// Stone, 3.3.7].
 TEST(Lcp, OfPMatricesAgainstAllBases) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> unit(-1, 1);
@@ -78,7 +81,8 @@ TEST(Lcp, OfPMatricesAgainstAllBases) {
     ASSERT_EQ(expected.size(), n);
     const LcpSolution s = solve_lcp(m, q);
     expect_complementary(s);
-    // The same basis, solved by the same factorisation of columns in another order; M's lowest eigenvalue is at least .1, its norm 3 n.
+    // Both solve the same basis by the same factorisation, with columns in different orders. The lowest eigenvalue of M
+    // is at least .1, and its norm is 3 n.
     EXPECT_LE((s.z - expected).norm(), n * n * u * (3 * n / .1) * expected.norm() + u) << problem;
   }
 }

@@ -1,5 +1,5 @@
-// Batches and levels of contacts by what defines them. First fit itself is tested in tests/cloth_test.cpp, and its parallel form in
-// tests/batches_test.cpp.
+// Batches and levels of contacts against their definitions. tests/cloth_test.cpp tests first fit itself, and
+// tests/batches_test.cpp its parallel form.
 #include <gtest/gtest.h>
 #include <omp.h>
 
@@ -22,7 +22,8 @@ Lists lists_of(const Batches& batches) {
   return lists;
 }
 
-// C1 .. C4 are 0 .. 3. The papers take the ground b4 for a body like others; as a static one it changes nothing here.
+// C1 .. C4 are numbered 0 .. 3. The papers count the ground b4 as a body like others; the batches are the same if it is
+// static.
 TEST(ContactBatches, OfThePapersFourBodies) {
   const std::vector<std::int32_t> a = {0, 1, 2, 0}, b = {1, 2, 3, 3};
   const Lists expected = {{0, 2}, {1, 3}};
@@ -30,7 +31,7 @@ TEST(ContactBatches, OfThePapersFourBodies) {
   EXPECT_EQ(lists_of(make_batches(a, b, std::vector<char>{1, 1, 1, 0})), expected);
   const Problem<double> p = papers_bodies(0, {0, 0, 0});
   EXPECT_EQ(lists_of(serial::batches(p.manifolds, p.body, p.bodies)), expected);
-  // In the original order C2 waits for C1, C3 for C2, and C4 for C1 and, if the ground counts, for C3.
+  // In the original order C2 waits for C1, and C3 for C2. C4 waits for C1 and, if the ground counts, for C3.
   EXPECT_EQ(lists_of(make_levels(a, b, std::vector<char>{1, 1, 1, 1})), (Lists{{0}, {1}, {2}, {3}}));
   EXPECT_EQ(lists_of(make_levels(a, b, std::vector<char>{1, 1, 1, 0})), (Lists{{0}, {1, 3}, {2}}));
 }
@@ -83,7 +84,7 @@ TEST(ContactLevels, AreAsEarlyAsTheOrderLets) {
       }
     }
     for (int k = 0; k < constraints; ++k) {
-      int last = -1;  // level that k waits for
+      int last = -1;  // the last level that k waits for
       for (int l = 0; l < k; ++l)
         for (const int i : {a[l], b[l]})
           if (movable[i] && (i == a[k] || i == b[k])) last = std::max(last, level_of[l]);

@@ -13,8 +13,9 @@
 namespace lockstep::rigid::worlds {
 namespace {
 
-// Masses are sums of products: of n terms, each of up to ten factors, the error is some (n + 10) u of the sum of the terms' sizes. Below, n
-// is at most a hundred (a hull of twelve tetrahedra, six moments each) and the sums are 1 to 100: 1e-14 for a few terms, 1e-12 for hulls.
+// Masses are sums of products. With n terms of up to ten factors each, the error is about (n + 10) u of the sum of the
+// terms' magnitudes. Below, n is at most a hundred (a hull of twelve tetrahedra, six moments each), and the sums are 1
+// to 100. The bounds are 1e-14 for a few terms and 1e-12 for hulls.
 
 struct Body {
   double mass;
@@ -42,7 +43,7 @@ Body made(Add add, const Heaviness& heaviness, const Pose<double>& pose = somewh
 void expect_pose(const Pose<double>& a, const Pose<double>& b) { EXPECT_EQ(std::memcmp(&a, &b, sizeof a), 0); }
 
 TEST(RigidMass, OfSimpleShapesIsThatOfClosedForms) {
-  // Sums and products of a few terms of one sign: each value is good to some ten roundings.
+  // Sums and products of a few terms of one sign: each value is good to about ten roundings.
   const double near = 1e-14;
   const Body box = made([](auto& world) { add_box(world, {.5, 1, 1.5}); }, of_mass(12));
   expect_near(box.inertia, {4 + 9, 1 + 9, 1 + 4}, 12 * near);
@@ -51,8 +52,8 @@ TEST(RigidMass, OfSimpleShapesIsThatOfClosedForms) {
   EXPECT_NEAR(sphere.mass, 32 * M_PI, 100 * near);
   expect_near(sphere.inertia, {1.6 * 32 * M_PI, 1.6 * 32 * M_PI, 1.6 * 32 * M_PI}, 200 * near);
 
-  // A capsule, cut across into thin discs by Simpson's rule, whose error falls with the fourth power of the thickness but at the poles,
-  // where the radius has an infinite slope: its square has none.
+  // A capsule, cut across into thin discs. The error of Simpson's rule falls with the fourth power of the thickness,
+  // even at the poles: the radius has an infinite slope there, but its square does not.
   const double half = .8, r = .5;
   const Body capsule = made([&](auto& world) { add_capsule(world, half, r); }, of_density(1));
   double mass = 0, along = 0, across = 0;
@@ -91,8 +92,9 @@ TEST(RigidMass, OfAHullIsThatOfTheBox) {
 }
 
 TEST(RigidMass, OfATetrahedronIsThatOfTheClosedForm) {
-  // Of the corner of a cube of side 1, of mass 1: the means of x^2 and x y are 1/10 and 1/20, about the centre at 1/4 that is 3/80 and
-  // -1/80. So the inertia has 6/80 on and 1/80 off its diagonal: 8/80 about the line from the corner through the centre, 5/80 across.
+  // The tetrahedron is the corner of a cube of side 1 and has mass 1. The means of x^2 and x y are 1/10 and 1/20; about
+  // the centre at 1/4 they are 3/80 and -1/80. The inertia has 6/80 on and 1/80 off its diagonal: 8/80 about the line
+  // from the corner through the centre, 5/80 across it.
   const Body body = made(
       [](auto& world) {
         add_hull(world, make_hull(world.hulls, std::vector<Vector>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}));
@@ -107,7 +109,7 @@ TEST(RigidMass, OfATetrahedronIsThatOfTheClosedForm) {
   EXPECT_NEAR(inertia[2], 8. / 80, 1e-15);
 }
 
-// What a body does to a spin: R I R^T w.
+// The angular momentum of a body with a spin w: R I R^T w.
 Vector angular_momentum(const Body& body, const Vector& spin) {
   const Matrix3<double> turn = matrix_of(body.pose.orientation);
   const Vector local = transposed_times(turn, spin);
@@ -115,7 +117,7 @@ Vector angular_momentum(const Body& body, const Vector& spin) {
 }
 
 TEST(RigidMass, OfACompoundIsThatOfItsParts) {
-  // An L of two boxes and a ball, that is turned and spins about its own origin.
+  // The body is an L of two boxes and a ball. It is turned and spins about its own origin.
   const Pose<double> poses[] = {{{0, 1, 0}, no_rotation, 0}, {{1, 0, .5}, {0, .6, 0, .8}, 0}, {{-1, -.5, 0}, no_rotation, 0}};
   const Motion<double> motion{{1, -2, 3}, {.5, 1, -1}, {}};
   World<double> world = make_world();

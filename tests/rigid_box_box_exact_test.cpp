@@ -29,7 +29,7 @@ bool overlap_by_ccd(const ExactShape& a, const ExactShape& b) {
   return ccdGJKIntersect(&a, &b, &ccd);
 }
 
-// How far outside of a box a point is, m; negative inside: its depth below the nearest face.
+// The distance of a point outside of a box, m; inside it is negative, the depth below the nearest face.
 double outside(const ExactShape& box, const Vector& point) {
   double most = -1e30;
   for (std::size_t f = 0; f < box.face.size(); ++f) most = std::max(most, dot(box.normal[f], point - box.vertex[box.face[f][0]]));
@@ -42,7 +42,7 @@ TEST(BoxBox, AnswersAsLibccdDoes) {
   int left_out = 0, overlapping = 0;
   for (std::size_t k = 0; k < boxes.pairs.size(); ++k) {
     const ExactShape a = boxes.exact(2 * k), b = boxes.exact(2 * k + 1);
-    const double bound = std::max(answer_bound * boxes.size(k), 1e-7);  // the latter is libccd's
+    const double bound = std::max(answer_bound * boxes.size(k), 1e-7);  // libccd is good to 1e-7
     if (std::abs(separating_axis(a, b).separation) <= bound) {
       ++left_out;
       continue;
@@ -58,7 +58,7 @@ TEST(BoxBox, AnswersAsLibccdDoes) {
   EXPECT_LT(left_out, random_pairs / 10);
 }
 
-// What must hold of every manifold.
+// Properties of every manifold.
 void check_manifolds(const Boxes<float>& boxes, float margin) {
   const Array<Manifold<float>> manifolds = run<float>(serial::box_box, boxes, margin, boxes.pairs.size());
   double worst = 0;
@@ -88,8 +88,9 @@ void check_manifolds(const Boxes<float>& boxes, float margin) {
       ASSERT_LE(separation, margin) << k;
       for (int q = 0; q < p; ++q) ASSERT_LT(m.feature[q], m.feature[p]) << k;
       if (exact.separation > 0) continue;
-      // Half the separation either way along the normal is a point of either surface: within it to face_widening in x and in y, which a
-      // step off along a face of the other box, no steeper than sqrt(2), turns into height; and the world's rounding.
+      // Half the separation either way along the normal leads to a point of either surface. This is exact to within
+      // face_widening in x and in y, which a step along a face of the other box, no steeper than sqrt(2), turns into
+      // height, and to within the world's rounding.
       const double bound = (depth_bound + 2.5 * face_widening) * size + 4 * u * (away + 3 * size);
       const Vector middle = vector_of(position), half = .5 * separation * normal;
       ASSERT_NEAR(outside(a, middle - half), 0, bound) << k << ' ' << exact.separation << ' ' << m.count << ' ' << p;
@@ -99,7 +100,7 @@ void check_manifolds(const Boxes<float>& boxes, float margin) {
       worst = std::max(worst, std::abs(deepest - exact.separation) / size);
       ASSERT_NEAR(deepest, exact.separation, depth_bound * size) << k;
       ASSERT_NEAR(separation_along(a, b, normal), exact.separation, depth_bound * size) << k;
-    } else {  // points that stand over one another may be farther apart than the axis says, never nearer
+    } else {  // opposite points may be farther apart than the axis says, never nearer
       ASSERT_GE(deepest, least - apart_bound * size) << k;
       ASSERT_GE(separation_along(a, b, normal), least - apart_bound * size) << k;
     }
@@ -110,7 +111,7 @@ void check_manifolds(const Boxes<float>& boxes, float margin) {
 TEST(BoxBox, DepthAndPointsAreExact) { check_manifolds(random_boxes(random_pairs / 2, 2), 0); }
 TEST(BoxBox, BoxesWithinTheMarginHavePoints) { check_manifolds(random_boxes(random_pairs / 4, 3), .05f); }
 
-// In double, of the same pairs: only preferences are left of the bound.
+// In double, only preferences are left of the bound.
 TEST(BoxBox, DoubleIsExactButForPreferences) {
   const Boxes<float> single = random_boxes(random_pairs / 10, 7);
   Boxes<double> boxes;

@@ -85,7 +85,8 @@ TEST(BoxBox, ACornerInAFaceIsOnePoint) {
   EXPECT_NEAR(least, -.0625, 1e-6);
 }
 
-// A resting box keeps its four points, wide apart, while its pose trembles; and where it rests on a larger one, their features.
+// A resting box keeps its four points, far apart, while its pose trembles. On a larger box it also keeps their
+// features.
 TEST(BoxBox, AStackDoesNotFlicker) {
   Random random{std::mt19937(5)};
   std::int32_t features[4] = {-1, -1, -1, -1};
@@ -138,7 +139,8 @@ TEST(BoxBox, BothVersionsGiveTheSameBits) {
   omp_set_num_threads(omp_get_num_procs());
 }
 
-// Boxes in the other order: the same depth, the other way; and the same points, where rounding does not decide between two.
+// Pairs in the other order have the same depth and the opposite normal. They have the same points unless rounding
+// decides between two.
 TEST(BoxBox, SwappingMirrors) {
   const Boxes<float> boxes = random_boxes(random_pairs / 4, 6);
   Boxes<float> other;
@@ -150,7 +152,7 @@ TEST(BoxBox, SwappingMirrors) {
   for (std::size_t k = 0; k < there.size(); ++k) {
     const Manifold<float>&m = there[k], &n = back[k];
     const double size = boxes.size(k), bound = depth_bound * size;
-    if (m.count == 0 || n.count == 0) {  // both, or both are as far apart as the margin
+    if (m.count == 0 || n.count == 0) {  // neither has points, or the boxes are as far apart as the margin
       for (int p = 0; p < std::max(m.count, n.count); ++p) {
         ASSERT_NEAR((m.count > 0 ? m : n).point[p].separation, .05f, bound) << k;
       }
@@ -163,7 +165,7 @@ TEST(BoxBox, SwappingMirrors) {
     if (deepest_m <= 0) {
       ASSERT_NEAR(deepest_m, deepest_n, 2 * bound) << k;
     }
-    if (length(sum) > 1e-5) continue;  // two axes as good as one another
+    if (length(sum) > 1e-5) continue;  // two axes are equally good
     ++same_axis;
     const double near = 1e-4 * size;
     const auto has = [&](const Manifold<float>& manifold, const ContactPoint<float>& point) {
@@ -178,7 +180,7 @@ TEST(BoxBox, SwappingMirrors) {
     same_points += same;
   }
   EXPECT_GT(same_axis, random_pairs / 4 / 3);
-  EXPECT_GT(same_points, same_axis * .95);  // equally deep, or equally far, points are left: which, the order of slots decides
+  EXPECT_GT(same_points, same_axis * .95);  // for equally deep or equally far points the order of slots decides
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ namespace lockstep::rigid::box_pairs {
 
 using Vector = Vector3<double>;
 
-// Boxes two by two: pair k is of colliders 2 k and 2 k + 1.
+// Boxes in pairs: pair k is colliders 2 k and 2 k + 1.
 template <class Real>
 struct Boxes {
   Colliders<Real> colliders;
@@ -78,7 +78,7 @@ struct Random {
     const double n = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
     return {q.x / n, q.y / n, q.z / n, q.w / n};
   }
-  // About one of the axes, by a multiple of 45 or 90 degrees.
+  // A turn about one of the axes by a multiple of `angle`, 45 or 90 degrees.
   Quaternion<double> square_rotation(double angle) {
     const Vector axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     return about(axes[below(3)], angle * below(8));
@@ -89,13 +89,13 @@ struct Random {
 inline constexpr double pi = 3.14159265358979323846;
 enum Sort { general, touching, tilted, aligned, equal_sizes, coincident, needles, ratio, crossing, sorts };
 
-// A pair of a sort, in the frame of a, then moved as a whole to some place in the world.
+// Adds a pair of a sort. It is made in the frame of a, then moved as a whole to some place in the world.
 inline void add_pair(Boxes<float>& boxes, Random& random, int sort) {
   Vector half_a = random.half(.2, 1), half_b = random.half(.2, 1);
   Pose<double> b = {random.vector(1.2), random.rotation(), 0};
   Quaternion<double> turn = random.rotation();
   Vector shift = random.vector(20);
-  const auto push_apart = [&](double separation) {  // to that far along the axis of least overlap
+  const auto push_apart = [&](double separation) {  // until the separation along the axis of least overlap is this
     const ExactSeparation now = separating_axis(exact_box(half_a, no_offset), exact_box(half_b, b));
     b.position = b.position + (separation - now.separation) * now.normal;
   };
@@ -106,7 +106,7 @@ inline void add_pair(Boxes<float>& boxes, Random& random, int sort) {
     b.orientation = about(random.direction(), tilt) * about({0, 1, 0}, random.below(2) ? random.within(0, 7) : 0);
     b.position = {random.within(-.5, .5), half_a.y + half_b.y, random.within(-.5, .5)};
     push_apart(random.below(4) == 0 ? 0 : random.log_within(1e-6, .05) * (random.below(2) ? 1 : -1));
-  } else if (sort == aligned) {  // all numbers short, so that faces, edges and corners meet exactly
+  } else if (sort == aligned) {  // short numbers, for faces, edges and corners that meet exactly
     half_a = {.25 * (1 + random.below(4)), .25 * (1 + random.below(4)), .25 * (1 + random.below(4))};
     half_b = {.25 * (1 + random.below(4)), .25 * (1 + random.below(4)), .25 * (1 + random.below(4))};
     b = {{.25 * (random.below(17) - 8), .25 * (random.below(17) - 8), .25 * (random.below(17) - 8)}, no_rotation, 0};
@@ -149,17 +149,18 @@ inline Boxes<float> random_boxes(int count, int seed) {
   return boxes;
 }
 
-// Rounding, relative to size (u = 2^-24): a quaternion rounded to float is off from unit length by up to 2 u, which the kernel takes for a
-// scale of turn (4 u of size in each of two boxes' extents), where the oracle normalises; the separation itself is good to 10 u size
-// (common/rigid/box_pair.h); and edges left out as parallel cost axis_preference.
+// Rounding, relative to size (u = 2^-24). A quaternion rounded to float is off from unit length by up to 2 u. The
+// kernel takes this for a scale of the turn (4 u of size in the extents of each of the two boxes); the oracle
+// normalises. The separation itself is good to 10 u size (common/rigid/box_pair.h). Edges left out as parallel cost
+// axis_preference.
 inline constexpr double u = 1. / (1 << 24);
 inline constexpr double answer_bound = 4 * 4 * u + 10 * u + axis_preference;
-// Depth: as above, and what the preferences of one axis and of one deepest point to another cost.
+// The bound on depth adds the cost of preferring one axis, and one deepest point, to another.
 inline constexpr double depth_bound = answer_bound + 2 * axis_preference;
 static_assert(depth_bound < 1e-5);
-// Of boxes that are apart, an axis across two edges at a small angle can be anywhere around them, may let them look farther apart than the
-// faces do by any factor, and is rounded by 4 u / sine, times the way between the centres of boxes that are near, less than 4 size. Those
-// at a sine below least_sine are not asked for.
+// For boxes that are apart, an axis across two edges at a small angle can point anywhere around them, and may give a
+// separation larger than the faces' by any factor. Its rounding is 4 u / sine times the way between the centres, which
+// is less than 4 size for near boxes. The oracle leaves out axes at a sine below least_sine.
 inline constexpr double least_sine = .1, apart_bound = depth_bound + 4 * 4 * u / least_sine;
 
 inline Vector vector_of(const Vector3<float>& v) { return {v.x, v.y, v.z}; }

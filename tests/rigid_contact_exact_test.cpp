@@ -12,14 +12,14 @@ namespace lockstep::rigid::contacts {
 namespace {
 
 enum class Friction {
-  sticks,  // or is none: velocities are unique
-  slides,  // a little: velocities are unique where contraction < 1
-  any      // velocities need not be unique: what is found must be a solution
+  sticks,  // sticks, or there is no friction: velocities are unique
+  slides,  // slides a little: velocities are unique if contraction < 1
+  any      // velocities need not be unique: the test asks only for a solution
 };
 
 constexpr int long_run = 4000;
 
-// One substep of soft sweeps without friction, so that their impulses can be seen, or with rigid sweeps after them.
+// One substep of soft sweeps without friction, which shows their impulses, or with rigid sweeps after them.
 SolverSettings one_substep(int pushing, int resting) {
   return {.time_step = .01, .gravity = {0, -g, 0}, .substeps = 1, .biased_sweeps = pushing, .relax_sweeps = resting};
 }
@@ -51,11 +51,12 @@ void expect_solution(const Problem<double>& problem, Friction kind, Solve solve)
     ASSERT_LT(contraction, 1);
     const auto tangent_terms = slides ? sliding_terms : sticking_terms;
     const double terms = normal_terms(s, wanted, p, q) + tangent_terms(s, wanted, p, q);
-    // Each term is an impulse times what the residuals leave of a speed, each at most twice; else they do not stick.
+    // Each term is an impulse times a speed that the residuals leave, each at most twice. If a term is larger, the
+    // contact does not stick.
     EXPECT_LE(terms, 4 * (p.cwiseAbs().sum() + q.cwiseAbs().sum()) * (row + noise));
     EXPECT_LE(energy(s, s.after(p) - s.after(q)), terms / (1 - contraction));
   }
-  // Bodies move with the velocity that pushing ended with.
+  // Bodies move with the velocity at the end of the soft sweeps.
   for (const Problem<double>* i : {&pushed, &rested}) {
     VectorXd moving = velocities(i->moving, problem.bodies.count);
     for (int body = 0; body < problem.bodies.count; ++body)
@@ -135,7 +136,7 @@ TEST(ContactSolver, ClustersAreExactSolutions) {
   }
 }
 
-// Spheres that touch like the branches of a tree, one point each: then impulses are unique, too, while friction is small.
+// Spheres touch like the branches of a tree, in one point each: impulses are then unique, too, if friction is small.
 TEST(ContactSolver, SlidingSpheresAreTheExactSolution) {
   for (unsigned seed = 1; seed <= 4; ++seed) {
     std::mt19937 random(seed);
@@ -160,8 +161,9 @@ TEST(ContactSolver, SlidingSpheresAreTheExactSolution) {
   }
 }
 
-// A float run, as long as convergence takes, is a near-solution of the same problem in double: its velocities belong to its impulses but
-// for drift, its rows are as good as drift lets them be, and so its velocities are as near to the exact ones as such rows allow.
+// A converged run in float is a near-solution of the same problem in double. Its velocities match its impulses but for
+// drift, its rows are as exact as drift allows, and its velocities are therefore as near to the exact ones as such rows
+// allow.
 TEST(ContactSolver, FloatIsAsGoodAsItsRounding) {
   double worst = 0, worst_bound = 0;
   for (unsigned seed = 1; seed <= 12; ++seed) {

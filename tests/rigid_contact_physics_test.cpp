@@ -15,15 +15,15 @@ SolverSettings thorough(const Vector& gravity) {
   return {.time_step = .01, .gravity = gravity, .substeps = 2, .biased_sweeps = 50, .relax_sweeps = 500};
 }
 
-// What rounding may do to velocities in steps of these settings.
+// The most by which rounding may change velocities in this many steps.
 double steps_bound(const SolverSettings& settings, const Problem<double>& p, int steps) {
   const int sweeps = settings.substeps * (settings.biased_sweeps + settings.relax_sweeps + 2);
   const System s = assemble(settings, p);
   return steps * row_bound(s, drift_bound(s, impulses_of(p), sweeps, u));
 }
 
-// Down the slope by an angle, along a tangent or between the two, where each tangent's share of the speed meets a friction mu p_n of its
-// own: the box is sqrt(2) wide there. Gravity is tilted, not the slope.
+// The box slides down the slope along a tangent or between the two. Each tangent bounds its own share of friction by mu
+// p_n, so between the two the friction box is sqrt(2) as wide. The test tilts gravity, not the slope.
 void expect_slide(const Vector& normal, double share_t, double share_b, double box_width) {
   constexpr double angle = .5, at_first = .5;
   Vector t, b;
@@ -35,7 +35,7 @@ void expect_slide(const Vector& normal, double share_t, double share_b, double b
     Problem<double> p = box_on_slope(normal, at_first * down, friction);
     for (int step = 1; step <= 30; ++step) {
       solve_original(settings, p);
-      // A substep that would turn it round stops it.
+      // A substep that would reverse the motion stops it.
       const Vector expected = std::max(at_first + step * settings.time_step * acceleration, 0.) * down;
       const Vector off = p.bodies.motion[1].velocity - expected, spin = p.bodies.motion[1].angular_velocity;
       const double bound = steps_bound(settings, p, step);
@@ -54,7 +54,7 @@ TEST(ContactPhysics, BoxOnASlopeSlidesOrStaysAsFrictionSays) {
   }
 }
 
-// v1' = v1 + (1 + e) m2 / (m1 + m2) (v2 - v1): of equal masses and e = 1, they swap.
+// v1' = v1 + (1 + e) m2 / (m1 + m2) (v2 - v1). For equal masses and e = 1 the velocities swap.
 TEST(ContactPhysics, SpheresCollideHeadOn) {
   for (const int substeps : {1, 2, 5})
     for (const double e : {0., .5, 1.})
@@ -96,14 +96,14 @@ TEST(ContactPhysics, WithoutStaticBodiesMomentumIsKept) {
     };
     const Eigen::Matrix<double, 6, 1> before = momentum();
     solve_original(settings, p);
-    // Each velocity is off by the drift; bodies are 4 m around, and weigh 2.5 kg at most.
+    // Each velocity is off by the drift. Bodies lie within 4 m of the origin and weigh 2.5 kg at most.
     const double drift = drift_bound(s, impulses_of(p), settings.substeps * (settings.biased_sweeps + settings.relax_sweeps) + 2, u);
     EXPECT_LE((momentum() - before).cwiseAbs().maxCoeff(), count * 2.5 * (1 + 2 * 4) * drift) << seed;
     EXPECT_GT((velocities(p.bodies.motion, count) - s.before).norm(), .5);
   }
 }
 
-// A ball above or in the ground, one point.
+// A ball above or in the ground, with one contact point.
 Problem<double> ball(double separation, double speed_down) {
   Problem<double> p;
   const int ground = add_ground(p);
@@ -130,8 +130,8 @@ TEST(ContactPhysics, APointThatIsApartMayJustMeet) {
   }
 }
 
-// At rest in the ground, a ball is pushed out each substep as a damped spring would from rest, by the implicit Euler rule, and stands
-// again.
+// A ball rests in the ground. Each substep pushes it out as a damped spring would from rest, by the implicit Euler
+// rule, and then stops it.
 TEST(ContactPhysics, APenetrationIsPushedOutAndLeavesNoSpeed) {
   for (const int substeps : {1, 3, 5})
     for (const double depth : {.0002, .01, 1.}) {
@@ -150,7 +150,7 @@ TEST(ContactPhysics, APenetrationIsPushedOutAndLeavesNoSpeed) {
     }
 }
 
-// A body that does not move but has a velocity carries what stands on it.
+// A static body with a velocity carries what stands on it.
 TEST(ContactPhysics, AConveyorCarriesABox) {
   constexpr double friction = .4, speed = 1;
   Problem<double> p = box_on_slope({0, 1, 0}, {0, 0, 0}, friction);

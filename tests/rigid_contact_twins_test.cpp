@@ -47,7 +47,7 @@ TEST(ContactTwins, OfManyContactsAndMostlyStaticBodies) {
   expect_same_bits(as_usual, crowd(5000, 2000, .5, 23));
 }
 
-// Every contact waits for the one before it: batches and levels of one.
+// Every contact waits for the one before it: each batch and each level has one contact.
 TEST(ContactTwins, OfOneBodyThatAllOthersTouch) {
   Problem<float> p = crowd(300, 300, 0, 31);
   for (std::size_t k = 0; k < p.manifolds.size(); ++k) p.manifolds[k].a = 0, p.manifolds[k].b = 2 + static_cast<std::int32_t>(k * 7 % 598);

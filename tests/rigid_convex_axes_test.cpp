@@ -1,5 +1,5 @@
-// Separating axes of convex shapes: the depth against an exact oracle (tests/exact_convex.h), of all pairs turned round and of degenerate
-// ones.
+// Separating axes of convex shapes: depth against an exact oracle (tests/exact_convex.h), pairs in either order,
+// degenerate pairs, NaN.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -32,7 +32,7 @@ TEST(Convexes, DepthIsExact) {
     const double error = std::abs(run.deepest(k) - exact.separation) / size;
     worst = std::max(worst, error);
     EXPECT_LT(error, 1e-5) << k << " exact " << exact.separation << " got " << run.deepest(k);
-    // The normal separates as far as the depth says.
+    // The shapes overlap along the normal by the depth.
     EXPECT_NEAR(separation_along(a, b, vector(run.manifold[k].normal)), exact.separation, 1e-5 * size) << k;
   }
   EXPECT_GE(overlapping, 20000);
@@ -50,7 +50,7 @@ TEST(Convexes, TurnedRoundIsMirrored) {
     const double rounding = 1e-5 * std::max(extent(a), extent(b));
     if (run.manifold[k].count != 0 && round.manifold[k].count != 0) {
       EXPECT_NEAR(run.deepest(k), round.deepest(k), rounding) << k;
-      // Of equally deep axes either may be taken.
+      // Either of two equally deep axes is right.
       const Vector normal = -vector(round.manifold[k].normal);
       if (run.deepest(k) < 0) {
         EXPECT_NEAR(separation_along(a, b, normal), run.deepest(k), rounding) << k;
@@ -61,7 +61,8 @@ TEST(Convexes, TurnedRoundIsMirrored) {
   }
 }
 
-// Whatever touches or coincides in a corner, an edge or a face, however flat: numbers, and a depth that is right.
+// Shapes touch or coincide in a corner, an edge or a face, however flat. All numbers are finite, and the depth is
+// right.
 TEST(Convexes, Degenerate) {
   Random random;
   Cases cases;
@@ -111,7 +112,7 @@ TEST(Convexes, Degenerate) {
       ASSERT_GT(run.manifold[k].count, 0) << k << ' ' << exact.separation;
       EXPECT_NEAR(run.deepest(k), exact.separation, 1e-5 * std::max(extent(a), extent(b))) << k;
     }
-    // From where GJK ended it comes to the same.
+    // A warm start gives the same answer.
     const std::vector<Manifold<float>> cold = run.manifold;
     run.serial(.001f);
     for (int k = 0; k < static_cast<int>(run.pairs.size()); ++k) {
@@ -120,7 +121,7 @@ TEST(Convexes, Degenerate) {
   }
 }
 
-// A pose of NaN, of a pair that is said to be near: the axis is NaN, and that is all.
+// A pose is NaN, and its pair counts as near: the axis is NaN, and the kernel ends.
 TEST(Convexes, NaNEnds) {
   Random random;
   Cases cases;

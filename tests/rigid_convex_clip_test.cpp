@@ -12,7 +12,7 @@
 namespace lockstep::rigid::convex_pairs {
 namespace {
 
-// Points where the distance is not more than the margin, and only there; the deepest has the distance.
+// A pair has points if and only if its distance is at most the margin. The deepest point has this distance.
 TEST(Convexes, PointsExactlyWithinMargin) {
   Random random;
   Cases cases;
@@ -42,7 +42,7 @@ TEST(Convexes, PointsExactlyWithinMargin) {
     ++within;
     ASSERT_GT(run.manifold[k].count, 0) << k << ' ' << exact.separation;
     EXPECT_NEAR(run.deepest(k), exact.separation, rounding) << k;
-    if (exact.separation + a.radius + b.radius > .001) {  // where cores are well apart there is one normal
+    if (exact.separation + a.radius + b.radius > .001) {  // cores that are well apart have one normal
       EXPECT_LT(length(exact.normal - vector(run.manifold[k].normal)), 5e-3) << k << ' ' << exact.separation;
     }
   }
@@ -94,8 +94,8 @@ TEST(Convexes, SphereAndCapsuleInClosedForm) {
   expect(8, {0, 1, 0}, 1, -.15);
 }
 
-// Cubes on one another: at any turn about the vertical, four points at the corners of what they share, or of a square's and a turned
-// square's octagon four wide apart.
+// A cube stands on another, turned about the vertical by some angle. The manifold has four points: the corners of the
+// common square, or four points far apart of the octagon that the square and a turned square share.
 TEST(Convexes, StackedCubes) {
   Cases cases;
   const double depths[] = {0, 1e-6, .001, -.001};
@@ -125,7 +125,7 @@ TEST(Convexes, StackedCubes) {
   }
 }
 
-// A hexagonal prism flat on a table, one hanging half over its edge, and one that stands on an edge.
+// A hexagonal prism lies flat on a table, hangs half over its edge, lies on a side, or stands on an edge.
 TEST(Convexes, RestingHulls) {
   Cases cases;
   std::vector<Vector> prism;
@@ -151,12 +151,12 @@ TEST(Convexes, RestingHulls) {
   for (const auto& [position, separation] : run.manifold[1].point) EXPECT_LT(position.x, 1 + 1e-5);
 }
 
-// Every shape against every other, near, touching, deep and far.
+// Every shape against every other: near, touching, deep and far.
 Cases mixed_cases(int count) {
   Random random{std::mt19937(3)};
   Cases cases;
   std::vector<int> hulls = random_hulls(cases.world.hulls, random, 12, 4, 26);
-  std::vector<Vector> ball, drum;  // as many vertices, and faces with as many corners, as there may be
+  std::vector<Vector> ball, drum;  // the most vertices that a hull may have, and faces with the most corners
   for (int k = 0; k < 64; ++k) {
     ball.push_back(random.direction());
     const double angle = k / 2 * pi / 16;
@@ -187,7 +187,7 @@ Cases mixed_cases(int count) {
 TEST(Convexes, LanesHaveTheBitsOfTheSerialCode) {
   for (const int count : {0, 1, 15, 16, 17, 6000}) {
     const Cases cases = mixed_cases(count);
-    Collided<float> cold(cases), warm(cases);  // from nothing, and from where GJK ended
+    Collided<float> cold(cases), warm(cases);  // a cold start, and a start from the simplex at which GJK ended
     cold.serial(.02f);
     warm.simplex = cold.simplex;
     warm.serial(.02f);

@@ -20,7 +20,7 @@ namespace lockstep::rigid::convex_pairs {
 using Vector = Vector3<double>;
 inline constexpr double pi = std::numbers::pi;
 
-// Shapes, one a collider, and pairs of them: colliders 2 k and 2 k + 1.
+// Shapes, each a collider, in pairs: pair k is colliders 2 k and 2 k + 1.
 struct Cases {
   World<double> world = make_world();
   std::vector<Pose<double>> pose;
@@ -30,7 +30,7 @@ struct Cases {
   void hull(int which, const Pose<double>& at) { add_hull(world, which), pose.push_back(at); }
   void sphere(double radius, const Pose<double>& at) { add_sphere(world, radius), pose.push_back(at); }
   void capsule(double half, double radius, const Pose<double>& at) { add_capsule(world, half, radius), pose.push_back(at); }
-  // Its corners as they are given, if the pose is at rest: the collider stands at their middle.
+  // Adds a triangle. If the pose is at rest, its corners are the given ones; the collider stands at their middle.
   void triangle(const Vector& p, const Vector& q, const Vector& r, const Pose<double>& at) {
     add_mesh(world, Mesh{{p, q, r}, {{0, 1, 2}}});
     const Pose<double>& local = world.colliders.local[world.colliders.count - 1];
@@ -38,7 +38,7 @@ struct Cases {
   }
 };
 
-// What a kernel made of them; pair k is collider 2 k against 2 k + 1, or turned round.
+// The results of the kernels. Pair k is collider 2 k against 2 k + 1, or the other way round.
 template <class Real>
 struct Collided {
   World<Real> world;
@@ -116,7 +116,7 @@ inline Pose<double> turned(const Vector& position, const Vector& axis, double an
   return {position, {s * axis.x, s * axis.y, s * axis.z, std::cos(angle / 2)}, 0};
 }
 
-// How far a point is from the surface of a core with faces, if it is within rounding of it or inside.
+// The distance of a point from the surface of a core with faces, right for points inside or within rounding of it.
 inline double above_surface(const ExactShape& shape, const Vector& point) {
   double highest = -std::numeric_limits<double>::infinity();
   for (std::size_t f = 0; f < shape.face.size(); ++f)
@@ -124,7 +124,7 @@ inline double above_surface(const ExactShape& shape, const Vector& point) {
   return highest;
 }
 
-// Nothing but numbers, a unit normal, and points between the two surfaces.
+// The manifold has finite numbers, a unit normal, and points between the two surfaces.
 inline void expect_sound(const Collided<float>& run, int k, float margin) {
   const Manifold<float>& m = run.manifold[k];
   ASSERT_GE(m.count, 0);
@@ -139,8 +139,8 @@ inline void expect_sound(const Collided<float>& run, int k, float margin) {
     EXPECT_TRUE(std::isfinite(position.x) && std::isfinite(position.y) && std::isfinite(position.z)) << k;
     EXPECT_LE(separation, margin) << k;
     const Vector half = .5 * separation * vector(m.normal);
-    // Where cores are apart, where on a thin face the closest points are is known no better than rounding by the face's width, here some
-    // hundredth of its length.
+    // If the cores are apart, the closest points on a thin face are known only to rounding divided by the face's width,
+    // here about a hundredth of its length.
     const double rounding = (separation + a.radius + b.radius > 0 ? 1e-4 : 1e-5) * (extent(a) + extent(b));
     if (!a.face.empty() && a.radius == 0) {
       EXPECT_NEAR(above_surface(a, vector(position) - half), 0, rounding) << k << ' ' << i << ' ' << m.feature[i] % 256;
@@ -159,7 +159,7 @@ inline std::vector<int> random_hulls(Hulls<double>& hulls, Random& random, int c
   return result;
 }
 
-// Hulls and boxes at random places up to `far` from one another.
+// Hulls and boxes at random places, up to `far` from one another.
 inline Cases random_cases(int count, double far, int seed) {
   Random random{std::mt19937(seed)};
   Cases cases;

@@ -33,7 +33,7 @@ TEST(RigidGenerators, CountTheirBodies) {
   EXPECT_EQ(pyramid_bodies(24), 4900);
 }
 
-// Boxes along the axes: none in another, and each on the ground or on another.
+// Boxes along the axes: none overlaps another, and each stands on the ground or on another.
 void expect_to_stand(const World<double>& world) {
   struct Block {
     Vector low, high;
@@ -46,7 +46,7 @@ void expect_to_stand(const World<double>& world) {
     blocks.push_back({p - Vector{half.x, half.y, half.z}, p + Vector{half.x, half.y, half.z}});
   }
   std::ranges::sort(blocks, {}, [](const Block& b) { return b.low.x; });
-  const double near = 1e-12;  // positions of some tens of metres, of a few roundings
+  const double near = 1e-12;  // a few roundings of positions of tens of metres
   std::vector<char> stands(blocks.size());
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     stands[i] |= std::abs(blocks[i].low.y) <= near;
@@ -136,9 +136,10 @@ ExactShape exact_collider(const World<double>& world, int i) {
   return exact_shape(vertices, faces_of(world.hulls, hull), size.w);
 }
 
-// Bodies are counted that are farther from the border than two bodies are wide; of them, each overlaps another with the probability asked
-// for, but that kinds differ in size, and 1 - exp(-n E) bends: of kinds with E up to a third off its mean, n E = .69, .015 at most. The
-// rest is chance: three standard deviations of m bodies, doubled, since neighbours overlap together.
+// The test counts bodies farther from the border than two bodies are wide. Each of them overlaps another with the given
+// probability, but for two effects. Kinds differ in size, and 1 - exp(-n E) is not linear: for kinds with E up to a
+// third from its mean and n E = .69, the difference is .015 at most. The rest is chance: three standard deviations for
+// m bodies, doubled because neighbours overlap together.
 TEST(RigidGenerators, SoupsAreAsDenseAsAsked) {
   for (const auto& [assortment, overlapping] :
        {std::pair(Assortment::rounds, .1), {Assortment::boxes, .5}, {Assortment::hulls, .5}, {Assortment::mixed, .1}}) {

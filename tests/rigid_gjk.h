@@ -24,17 +24,18 @@ using Random = std::mt19937;
 template <class Real>
 inline constexpr double unit_roundoff = std::numeric_limits<Real>::epsilon() / 2;
 
-// What a distance may be wrong by, of what both shapes and the way between them measure. Placing a corner: the product of two quaternions,
-// their matrix, three products and an offset, 16 u. When the walk stops: a step across, up to twice the measure, times two epsilon, 8 u. A
-// point between corners: two epsilon for where it is, two for how much farther the next may be, 16 u in its terms. Together 40, and
-// something for terms of second order.
+// The bound on the error of a distance, relative to `measure`, the sizes of both shapes and the way between them.
+// Placing a corner costs the product of two quaternions, their matrix, three products and an offset: 16 u. The end of
+// the walk costs a step across, up to twice the measure, times two epsilon: 8 u. A point between corners costs two
+// epsilon for its place and two for the next point's greater distance: 16 u. The sum is 40 u; the rest is for terms of
+// second order.
 inline constexpr double good = 64;
-// Between the corners of a needle, long l and wide w, volumes are about w^2 l, and their rounding about u l^3: where w < sqrt(u) l, it
-// hides whether they enclose the origin. GJK then ends with some distance within the needle, w at the most: less than sqrt(u) of the
-// measure.
+// Volumes between the corners of a needle of length l and width w are about w^2 l, with rounding of about u l^3. If w <
+// sqrt(u) l, rounding hides whether they enclose the origin. GJK then ends with some distance within the needle, at
+// most w: less than sqrt(u) of the measure.
 inline const double least_width = std::sqrt(unit_roundoff<float>);
 inline const double thin_good = 1 / least_width;
-// Where the walk is stuck this near to the origin, it calls it an overlap: 32 epsilon of an edge, of up to twice the measure.
+// A walk that is stuck this near to the origin counts as an overlap: 32 epsilon of an edge, of up to twice the measure.
 inline constexpr double stuck = 128;
 // --- Shapes
 
@@ -53,7 +54,8 @@ inline std::vector<Vector> points_on_sphere(Random& random, int n) {
   return points;
 }
 
-// Vertices without faces, also such as are no hull: flat, in a line, one on another. What GJK reads of a hull, and no more.
+// Adds vertices without faces, even of shapes that are not hulls: flat ones, points in a line, coincident points. GJK
+// reads no more of a hull.
 inline int add_vertices(Hulls<double>& hulls, const std::vector<Vector>& points) {
   const int hull = hulls.count++, first = hulls.first_vertex[hull], end = first + static_cast<int>(points.size());
   hulls.vertex.resize(padded(end)), hulls.first_vertex.resize(padded(hull + 2)), hulls.first_face.resize(padded(hull + 2));
@@ -72,8 +74,8 @@ inline int add_vertices(Hulls<double>& hulls, const std::vector<Vector>& points)
   return hull;
 }
 
-// Twenty of each kind: round ones, all sizes, triangles, flat ones, some with every vertex thrice, grids but for rounding, and needles,
-// which are the last of every seven.
+// Twenty of each kind: round ones, all sizes, triangles, flat ones, ones with every vertex three times, grids with
+// rounding, and needles. The needle is the last of every seven.
 inline constexpr int vertex_kinds = 7;
 inline std::vector<int> add_kinds(Random& random, Hulls<double>& hulls) {
   std::vector<int> added;
@@ -99,7 +101,7 @@ inline std::vector<int> add_kinds(Random& random, Hulls<double>& hulls) {
 struct Scene {
   Shapes shapes;
   Pairs pairs;
-  std::vector<int> thin;  // hulls: needles that are
+  std::vector<int> thin;  // the hulls of needles thinner than least_width
 
   void pair(int a, int b) { pairs.push_back({a, b}); }
   bool has_thin(const Pair& pair) const {
@@ -108,7 +110,7 @@ struct Scene {
   }
 };
 
-// Pairs of all kinds, near, far and in one another, some along the axes of the world, some in one place.
+// Pairs of all kinds: near, far and overlapping, some along the axes of the world, some at the same place.
 inline Scene all_kinds(Random& random, int pairs) {
   Scene scene;
   Shapes& shapes = scene.shapes;
@@ -167,7 +169,7 @@ inline Scene faced_kinds(Random& random, int pairs) {
   return scene;
 }
 
-// In double, orientations that float has rounded are of length 1 only to float's precision, which is put right.
+// Orientations rounded to float have length 1 only to float's precision. In double they are normalised.
 template <class Real>
 Rounded<Real> round_shapes(const Shapes& shapes) {
   Rounded<Real> rounded(shapes);
@@ -202,7 +204,8 @@ std::vector<Vector> corners(const Placed<Real>& placed, int collider) {
 inline Vector in_double(const Vector3<float>& v) { return {v.x, v.y, v.z}; }
 inline Vector in_double(const Vector3<double>& v) { return v; }
 
-// What rounding is measured against: both shapes as seen from their own origins, and the way between these.
+// The length that rounding is relative to: the extents of both shapes from their own origins, and the way between the
+// origins.
 template <class Real>
 double measure(const Placed<Real>& placed, const Pair& pair) {
   const auto reach = [&](int collider) {
@@ -229,7 +232,7 @@ Answer<Real> run(Gjk<Real>& gjk, const Placed<Real>& placed, std::span<const Pai
   return {std::move(closest), std::move(start)};
 }
 
-// Any simplex of vertices that there are.
+// A random simplex of existing vertices.
 inline Simplex any_simplex(Random& random, const Placed<float>& placed, const Pair& pair) {
   Simplex simplex = {any_below(random, 5), {}, {}};
   const auto vertex = [&](int collider) {

@@ -13,7 +13,7 @@
 namespace lockstep::rigid::gjk_pairs {
 namespace {
 
-// For libccd: the vertices, each with a ball around it.
+// A shape for libccd: the vertices, each with a ball around it.
 struct Support {
   std::vector<Vector> corner;
   double radius;
@@ -34,10 +34,11 @@ bool ccd_overlap(const Support& a, const Support& b) {
   return ccdGJKIntersect(&a, &b, &ccd) != 0;
 }
 
-// Where a gap or a depth is more, m, its yes or no is right.
+// The answer of libccd is right if a gap or a depth is larger than this, m.
 constexpr double ccd_good = 1e-7;
 
-// How far apart the planes across a direction are that hold the shapes apart: never more than the distance.
+// The distance between two planes across a direction that separate the shapes. It is never more than the distance of
+// the shapes.
 double planes_apart(const std::vector<Vector>& a, const std::vector<Vector>& b, const Vector& direction) {
   if (!(length(direction) > 0)) return -std::numeric_limits<double>::infinity();
   double end_a = -std::numeric_limits<double>::infinity(), begin_b = -end_a;
@@ -46,17 +47,18 @@ double planes_apart(const std::vector<Vector>& a, const std::vector<Vector>& b, 
   return (begin_b - end_a) / length(direction);
 }
 
-// The most among directions that a simplex of their difference gives: across its face, or from a to b at its corner.
+// The greatest such distance among the directions of a simplex of the difference: across its face, or from a to b at
+// its corner.
 double planes_apart(const std::vector<Vector>& a, const std::vector<Vector>& b, const Simplex& simplex) {
   const auto corner = [&](int k) { return b[simplex.b[k]] - a[simplex.a[k]]; };
   const Vector normal = simplex.count == 3 ? cross(corner(1) - corner(0), corner(2) - corner(0)) : corner(0);
   return std::max(planes_apart(a, b, normal), planes_apart(a, b, -normal));
 }
 
-// A million pairs of all kinds. Where GJK finds a distance, planes that far apart have the cores on either side, which alone proves that it
-// is not too large: where to try such planes, its own answer says, and that in double, but whether they are that far apart only the
-// vertices. Where GJK and libccd differ, the cores touch but for the bound: those planes overlap by no more, or a ball of that radius
-// around every vertex makes libccd see an overlap, too.
+// A million pairs of all kinds. If GJK finds a distance, two planes that far apart separate the cores, which proves
+// that the distance is not too large. The directions to try come from GJK's own answers, in float and in double; the
+// vertices alone decide whether the planes separate. If GJK and libccd differ, the cores touch to within the bound: the
+// planes overlap by no more, or libccd sees an overlap, too, once every vertex has a ball of that radius.
 TEST(Gjk, YesOrNoOverAMillionPairs) {
   constexpr int pairs = 1'000'000, at_a_time = 50'000;
   Random random(2);
@@ -91,10 +93,10 @@ TEST(Gjk, YesOrNoOverAMillionPairs) {
     }
   }
   EXPECT_EQ(not_finite, 0);
-  EXPECT_LE(doubtful, 10);  // thin ones alone, and few of them: 1 of these
+  EXPECT_LE(doubtful, 10);  // only a few thin ones: 1 of these pairs
   EXPECT_GT(overlaps, pairs / 5);
   EXPECT_LT(overlaps, 4 * pairs / 5);
-  EXPECT_LT(differ, pairs / 200);  // a quarter stand on a grid, where many touch exactly
+  EXPECT_LT(differ, pairs / 200);  // a quarter of the pairs stand on a grid, and many of those touch exactly
 }
 
 }  // namespace

@@ -19,7 +19,8 @@ namespace {
 
 // --- Closed forms
 
-// The distance is what it should be, the points are that far apart, and where there is but one way between them, they are it.
+// The distance is right, the points are that far apart, and if only one pair of points is closest, these are the
+// points.
 template <class Real>
 void expect_closest(const Shapes& shapes, double distance, const Vector* on_a = nullptr, const Vector* on_b = nullptr) {
   const Rounded<Real> rounded = round_shapes<Real>(shapes);
@@ -42,7 +43,7 @@ void expect_closest(const Shapes& shapes, double distance, const Vector& on_a, c
   expect_closest<double>(shapes, distance, &on_a, &on_b);
 }
 
-// Turns without rounding: y to x, and y to z.
+// Turns without rounding: one from y to x, one from y to z.
 constexpr Quaternion<double> along_x = {-.5, -.5, -.5, .5}, along_z = {.5, .5, .5, .5};
 
 TEST(Gjk, Points) {
@@ -110,7 +111,7 @@ void expect_exact(int pairs) {
     ASSERT_NEAR(c.distance, std::max(exact, 0.), bound) << "pair " << k << ", " << c.iterations << " iterations";
     if (exact < bound) continue;
     ++apart;
-    // In the world a coordinate is rounded where the pair stands, and by the turn there.
+    // A world coordinate is also rounded in proportion to the place of the pair, and by the turn.
     const double in_world = bound + 8 * unit_roundoff<Real> * (length(in_double(placed.pose[pair.a].position)) + measure(placed, pair));
     const Vector on_a = in_double(c.on_a), on_b = in_double(c.on_b);
     ASSERT_NEAR(length(on_b - on_a), c.distance, in_world) << "pair " << k;
@@ -159,10 +160,10 @@ TEST(Gjk, AnyStartGivesTheSameDistance) {
     ASSERT_LE(known[k].count, 4);
     looks += warm[k].iterations;
   }
-  EXPECT_LT(looks, static_cast<int>(1.05 * garbage.size()));  // from where it ended, one look, or none where the cores overlap
+  EXPECT_LT(looks, static_cast<int>(1.05 * garbage.size()));  // a warm start takes one iteration, or none if the cores overlap
 }
 
-// Shapes so small, or so large, that squares of squares of them leave the range of float.
+// Shapes so small or so large that fourth powers of their sizes leave the range of float.
 TEST(Gjk, NeverNan) {
   Random random(5);
   for (const double scale : {1e-30, 1e-18, 1e-12, 1e-9, 1e-6, 1e-3, 1., 1e3}) {

@@ -25,7 +25,7 @@ double size_of(const std::vector<Vector>& points) {
   return size;
 }
 
-// Closed, of one piece without holes, convex, around all points, and in the order that the contract says.
+// The hull is closed, of one piece without holes, convex, around all points, and in the order of the contract.
 void expect_hull(const std::vector<Vector>& points) {
   World<double> world = make_world();
   const Hulls<double>& hulls = world.hulls;
@@ -37,7 +37,7 @@ void expect_hull(const std::vector<Vector>& points) {
   EXPECT_LE(vertices, most_hull_vertices);
   EXPECT_GE(hulls.most_vertices, vertices);
 
-  // Each edge once in each direction; then V - E + F = 2 says that there is one piece, and no hole through it.
+  // Each edge occurs once in each direction. V - E + F = 2 then says that the surface has one piece and no holes.
   std::set<std::pair<int, int>> edges;
   for (const auto& face : corners) {
     EXPECT_GE(face.size(), 3u);
@@ -56,8 +56,8 @@ void expect_hull(const std::vector<Vector>& points) {
     EXPECT_LT(next++, points.size()) << "vertex " << i << " is no point, or not in their order";
   }
 
-  // A product of unit vector and vertex has three roundings of products and two of sums, of at most 3 size; the plane's distance is one of
-  // these, and its normal is of length 1 to within 4 u or so.
+  // A product of a unit vector and a vertex rounds three products and two sums, of at most 3 size. The plane's distance
+  // is one of these products. The length of its normal is 1 to within about 4 u.
   const double rounding = 40 * u * size_of(points), error = hull_error * extent_of(points);
   for (int f = 0; f < faces; ++f) {
     const auto [x, y, z, distance] = hulls.plane[hulls.first_face[h] + f];
@@ -65,8 +65,8 @@ void expect_hull(const std::vector<Vector>& points) {
     const auto outside = [&, &x = x, &y = y, &z = z, &d = distance](const Vector& p) { return x * p.x + y * p.y + z * p.z - d; };
     for (int i = 0; i < vertices; ++i) EXPECT_LE(outside(vertex_of(hulls, h, i)), rounding);
     for (const Vector& p : points) EXPECT_LE(outside(p), error + rounding);
-    // The plane goes through the farthest vertex, which is at most hull_error beyond the corners' mean, where they are at most as far
-    // below.
+    // The plane goes through the farthest vertex, at most hull_error beyond the mean of the corners. A corner is at
+    // most as far below the mean.
     for (const int corner : corners[f]) EXPECT_GE(outside(vertex_of(hulls, h, corner)), -2 * error - rounding);
   }
   for (int i = 0; i < vertices; ++i) {

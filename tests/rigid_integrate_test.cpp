@@ -24,7 +24,8 @@ TEST(Advance, FreeFall) {
     solve_original(settings, p);
     serial::integrate(p.moving, settings.time_step, p.bodies);
   }
-  // N substeps h: v = v0 - N g h, x = v0 N h - g h^2 N (N + 1) / 2. Each of N sums rounds once, and what it adds thrice.
+  // After N substeps of h, v = v0 - N g h and x = v0 N h - g h^2 N (N + 1) / 2. Each of the N sums rounds once, and
+  // each of their terms three times.
   const double h = settings.time_step / settings.substeps, n = steps * settings.substeps, speed = g * n * h,
                way = g * h * h * n * (n + 1) / 2;
   EXPECT_NEAR(p.bodies.motion[0].velocity.y, 2 - speed, 4 * n * u * speed);
@@ -52,8 +53,8 @@ struct Free {
 
 const Quaternion<double> askew = {.1, -.5, .3, std::sqrt(1 - .35)};
 
-// Of a body with inertia A A C about its axes, the axis C goes round the angular momentum L by |L| / A, while the body turns about the axis
-// by L_C (1 / C - 1 / A) besides.
+// In a body with inertias A, A, C about its axes, the axis of C precesses about the angular momentum L at |L| / A. The
+// body also turns about this axis, at L_C (1 / C - 1 / A).
 TEST(Advance, SymmetricTopPrecesses) {
   constexpr double a = 2, c = 3.5, time = 2;
   const auto error = [&](int steps) {
@@ -68,16 +69,17 @@ TEST(Advance, SymmetricTopPrecesses) {
     return expected.angularDistance(eigen(p.bodies.pose[0].orientation));
   };
   const double coarse = error(200), fine = error(400), finest = error(800);
-  // Of second order: halving the step leaves a quarter, but for what is of third order, of relative size about the step times the speed.
+  // The method is of second order: half the step leaves a quarter of the error, but for terms of third order, of
+  // relative size about the step times the speed.
   const double third_order = 2.6 * time / 200;
   EXPECT_NEAR(coarse / fine, 4, 4 * 2 * third_order);
   EXPECT_NEAR(fine / finest, 4, 4 * third_order);
   RecordProperty("error_rad", std::to_string(coarse));
-  // A quarter of the step's angle squared, a step, is more than the midpoint rule and its normalisation leave out.
+  // In each step the midpoint rule and its normalisation lose less than a quarter of the square of the step's angle.
   EXPECT_LE(coarse, time / 4 * std::pow(2.6, 3) * std::pow(time / 200, 2));
 }
 
-// Three different inertias, turning about each axis, also the middle one, about which it tumbles.
+// A body with three different inertias turns about each axis. About the middle one it tumbles.
 template <class Real>
 void expect_momentum_kept(double unit_roundoff) {
   constexpr int steps = 10000;
@@ -105,9 +107,10 @@ void expect_momentum_kept(double unit_roundoff) {
     EXPECT_TRUE(local.y != 2 || (lowest < -.9 && highest > .9)) << lowest << ' ' << highest;
     EXPECT_TRUE(local.y == 2 || local.y == 1 || highest - lowest < .1);
   }
-  // A step turns L into w and back, 4 products with R or its transpose of 3 terms, whose entries are off by 4 roundings and by |q|^2 - 1, 6
-  // more: 4 (3 + 10) = 52 roundings, of w times the largest inertia, which is as much as `most / least` |L|. They may go any way, and then
-  // are no more than their number's square root together; if each step rounded the same way, this would show it.
+  // A step turns L into w and back, in 4 products of 3 terms with R or its transpose. The entries of R are off by 4
+  // roundings and by |q|^2 - 1, 6 more: 4 (3 + 10) = 52 roundings of w times the largest inertia, which is as much as
+  // `most / least` |L|. If roundings have random signs, their sum grows as the square root of their number. The bound
+  // fails if each step rounds in the same direction.
   EXPECT_LE(worst_momentum, std::sqrt(steps) * 52 * unit_roundoff * most / least);
   ::testing::Test::RecordProperty("momentum", std::to_string(worst_momentum / unit_roundoff) + " roundings");
   ::testing::Test::RecordProperty("energy", std::to_string(worst_energy));

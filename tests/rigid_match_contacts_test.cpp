@@ -1,4 +1,4 @@
-// Contacts matched from step to step, against a look-up by the words of the contract.
+// Contacts matched from step to step, against a look-up that follows the contract word for word.
 #include <gtest/gtest.h>
 #include <omp.h>
 
@@ -15,7 +15,7 @@
 namespace lockstep::rigid::contacts {
 namespace {
 
-// Some pairs of 40 colliders, with 1 to 4 points of different features, each about a place of its own feature.
+// Some pairs of 40 colliders, with 1 to 4 points of different features at random places.
 template <class Real>
 void some_contacts(std::mt19937& random, int every, Array<Manifold<Real>>& manifolds, Array<Impulses<Real>>& impulses) {
   std::uniform_real_distribution<Real> uniform(-1, 1);
@@ -37,7 +37,7 @@ void some_contacts(std::mt19937& random, int every, Array<Manifold<Real>>& manif
     }
 }
 
-// The contract, word for word.
+// The look-up follows the contract word for word.
 template <class Real>
 Array<Impulses<Real>> looked_up(const Array<Manifold<Real>>& last, const Array<Impulses<Real>>& from,
                                 const Array<Manifold<Real>>& manifolds) {
@@ -50,7 +50,7 @@ Array<Impulses<Real>> looked_up(const Array<Manifold<Real>>& last, const Array<I
     if (!where.contains({m.a, m.b})) continue;
     const Manifold<Real>& old = last[where[{m.a, m.b}]];
     const Impulses<Real>& old_impulses = from[where[{m.a, m.b}]];
-    std::map<int, int> source;  // of point k, the old point
+    std::map<int, int> source;  // the old point of point k
     std::set<int> left;
     for (int j = 0; j < old.count; ++j) {
       const auto same = std::find(m.feature, m.feature + m.count, old.feature[j]);

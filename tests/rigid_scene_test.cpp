@@ -130,7 +130,8 @@ TEST_F(RigidSceneTest, PlanesFaceAnyWay) {
     const Scene scene = load(head + "[[body]]\nplane = [" + normal + "]\n");
     const World<double> world = convert<double>(scene.world);
     const Vector found = matrix_of(world.colliders.local[0].orientation) * Vector{0, 1, 0};
-    // The quaternion's numbers are rounded to float, by 6e-8 of each; a component of what they turn has at most eight products of them.
+    // The numbers of the quaternion are rounded to float, each by 6e-8. A component of a turned vector has at most
+    // eight products of them.
     expect_near(found, 1 / length(n) * n, 8 * 6e-8);
   }
 }
@@ -166,7 +167,7 @@ struct Frame {
   std::vector<float> speed;
 };
 
-// Reads what ParaView would, and expects nothing else in the file.
+// Reads the file as ParaView does, and expects nothing else in it.
 Frame read_vtk(const std::string& bytes) {
   Frame frame;
   std::size_t at = 0;
@@ -214,7 +215,7 @@ Frame read_vtk(const std::string& bytes) {
   return frame;
 }
 
-// The volume inside the cells of a body, if they are counterclockwise from outside, by the divergence theorem.
+// The volume inside the cells of a body by the divergence theorem; the cells must be counterclockwise from outside.
 double volume_of(const Frame& frame, int body) {
   double sum = 0;
   for (std::size_t c = 0; c < frame.cells.size(); ++c) {
@@ -246,7 +247,7 @@ TEST_F(RigidSceneTest, WritesFramesForParaView) {
   EXPECT_NEAR(volume_of(frame, 0), 6, 1e-5);
   EXPECT_NEAR(volume_of(frame, 3), 1. / 6, 1e-6);
   EXPECT_NEAR(volume_of(frame, 4), 1. / 6, 1e-6);
-  // Corners are on the sphere: less than it, and more than half.
+  // The corners lie on the sphere: the volume is less than the sphere's, and more than half of it.
   const double sphere = volume_of(frame, 1), capsule = volume_of(frame, 2);
   EXPECT_LT(sphere, M_PI / 6);
   EXPECT_GT(sphere, M_PI / 12);
