@@ -22,7 +22,7 @@ struct Fluid {
   Vectors<Real> acceleration;   // m/s^2, of each particle
 };
 
-// What a step needs of the step before.
+// The arrays that a step reads from the step before.
 template <Is<Fluid> S, class F>
 void for_each_array(S& fluid, const F& f) {
   for_each_array(fluid.particles, f);

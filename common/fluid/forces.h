@@ -6,8 +6,8 @@
 // with d = sqrt(max(r^2, min_distance_2)). The term of (j, i) is minus that of (i, j), so momentum is conserved.
 //
 // In:      particles in cell order, with grid.cell_begin to match (rebuild_grid), and their densities.
-//          neighbours, of owner_gather and pair_lists: the lists that the densities of the same form left. The symmetric forms do
-//          not look at them.
+//          neighbours, of owner_gather and pair_lists: the lists that the densities of the same form made. The symmetric forms do
+//          not read them.
 // Out:     acceleration[i] for i < count, m/s^2.
 // Scratch: neighbours.scratch, of openmp owner_gather and pair_lists.
 // Errors:  all openmp forms but owner_gather throw std::bad_alloc where memory runs out; acceleration is then unspecified.

@@ -17,10 +17,10 @@ struct Axis {
   Real cells_per_metre;  // 1/m
 };
 
-// Cells no narrower than h, so that a particle's neighbours stand in its own cell and the 26 around it. Cell (x, y, z) has
-// the index (z * y.cells + y) * x.cells + x: the cells of a row along x follow one another, and once the particles are in cell order
-// so do their particles. Points outside the domain belong to the nearest border cell, which keeps points within h of each
-// other in adjacent cells.
+// Cells no narrower than h, so that a particle's neighbours stand in its own cell and the 26 around it. Cell (x, y, z)
+// has the index (z * y.cells + y) * x.cells + x: the cells of a row along x follow one another, and once the particles
+// are in cell order so do their particles. Points outside the domain belong to the nearest border cell, which keeps
+// points within h of each other in adjacent cells.
 template <class Real>
 struct Grid {
   Axis<Real> x, y, z;
@@ -70,8 +70,8 @@ Runs neighbour_runs(const Grid<Real>& grid, int x, int y, int z) {
   return runs;
 }
 
-// Half of them, so that every pair of particles is met once: the cells (x_first .. x_last, y, z) and what follows them in cell order.
-// A particle i of these cells meets those of the first run that come after it, and all of the others.
+// Half of them, so that every pair of particles is met once: the cells (x_first .. x_last, y, z) and what follows them
+// in cell order. A particle i of these cells meets those of the first run that come after it, and all of the others.
 template <class Real>
 Runs forward_runs(const Grid<Real>& grid, int x_first, int x_last, int y, int z) {
   Runs runs;
@@ -88,7 +88,8 @@ Runs forward_runs(const Grid<Real>& grid, int x, int y, int z) {
   return forward_runs(grid, x, x, y, z);
 }
 
-// The coordinate of the cell along one axis that holds p, clamped to 0 .. axis.cells - 1; NaN counts as 0. T is Real or lanes.
+// The coordinate of the cell along one axis that holds p, clamped to 0 .. axis.cells - 1; NaN counts as 0. T is Real or
+// lanes.
 template <class Real, class T>
 auto cell_coordinate(const Axis<Real>& axis, T p) {
   return to_int(min(max((p - T(axis.min)) * T(axis.cells_per_metre), T(Real(0))), T(Real(axis.cells - 1))));
@@ -102,9 +103,9 @@ auto cell_of(const Grid<Real>& grid, const Vector3<Number>& p) {
   return (z * Index(grid.y.cells) + y) * Index(grid.x.cells) + x;
 }
 
-// The grid of a model's domain: as many cells as fit along each axis with cells at least h wide, one where h is wider than
-// the domain. Cells are kept wider than h by more than the rounding of a cell coordinate, so that it cannot separate
-// neighbours. Allocates cell_begin; rebuild_grid fills it.
+// The grid of a model's domain: as many cells as fit along each axis with cells at least h wide, one where h is wider
+// than the domain. Cells are kept wider than h by more than the rounding of a cell coordinate, so that it cannot
+// separate neighbours. Allocates cell_begin; rebuild_grid fills it.
 template <class Real>
 Grid<Real> make_grid(const Model<Real>& model) {
   const auto cut = [&](Real min, Real max) -> Axis<Real> {

@@ -9,7 +9,8 @@
 
 namespace lockstep::fluid {
 
-// Particles and cells are counted in int32. Half of its range leaves room for padding and for the sums kernels form of two counts.
+// Particles and cells are counted in int32. Half of its range leaves room for padding and for the sums kernels form of
+// two counts.
 inline constexpr double max_particles = 1 << 30;
 inline constexpr double max_cells = 0x7fffffff - 1;
 
@@ -20,8 +21,8 @@ inline constexpr double max_particles_per_metre = 1e6;
 // At least as many cells as make_grid cuts the model's domain into, before it has to count them in int.
 double count_cells(const Model<double>& model);
 
-// How many ints rebuild_grid may use for histograms of all cells, whatever the number of threads: four a particle, but one histogram
-// at least.
+// How many ints rebuild_grid may use for histograms of all cells, whatever the number of threads: four a particle, but
+// one histogram at least.
 inline double histogram_entries(double particles, double cells) { return std::max(4 * particles, cells); }
 
 // Bytes that a Fluid<Real> of so many particles and cells takes, the particles themselves included.
@@ -39,8 +40,8 @@ double simulation_bytes(double particles, double cells) {
 // Throws InputError unless `particles_per_metre` is within the limits above (NaN is not).
 void require_resolution(double particles_per_metre, const std::string& where);
 
-// Throws InputError unless the numbers of particles and cells are within the limits above and a simulation in float fits this
-// machine's memory. To be asked before anything is allocated. `where` opens the message: the file at fault.
+// Throws InputError unless the numbers of particles and cells are within the limits above and a simulation in float
+// fits this machine's memory. Call it before anything is allocated. `where` opens the message: the file at fault.
 void require_size(const Model<double>& model, double particles, const std::string& where);
 
 }  // namespace lockstep::fluid

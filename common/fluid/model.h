@@ -1,6 +1,6 @@
-// The game fluid's constants: smoothed particle hydrodynamics after [Mueller 2003], with the constants of the model that
-// PARSEC 3.0 fluidanimate (the public descendant of the papers' game fluid) runs, so that its files and frames compare.
-// The equations stand in notes/fluid.md.
+// The game fluid's constants: smoothed particle hydrodynamics after [Mueller 2003], with the constants of the model
+// that PARSEC 3.0 fluidanimate (the public descendant of the papers' game fluid) runs, so that its files and frames
+// compare. The equations stand in notes/fluid.md.
 #pragma once
 
 #include <numbers>

@@ -7,7 +7,8 @@
 
 namespace lockstep::fluid {
 
-// What the walls at the two ends of the axis add to the acceleration, m/s^2, of a particle at `position`, m, with these velocities, m/s.
+// What the walls at the two ends of the axis add to the acceleration, m/s^2, of a particle at `position`, m, with these
+// velocities, m/s.
 template <class Real>
 inline void push_back(const Model<Real>& model, const Axis<Real>& axis, Real position, Real half_velocity, Real velocity,
                       Real& acceleration) {

@@ -12,17 +12,17 @@
 
 namespace lockstep::fluid {
 
-// A list of neighbours for every particle, without the particle itself. The lists of a row of cells stand one after another in one
-// array, in the order of the particles, so that threads may fill rows side by side. An array holds padded(its entries) elements; what
-// fills it up are indices of any particles. Owned.
+// A list of neighbours for every particle, without the particle itself. The lists of a row of cells stand one after
+// another in one array, in the order of the particles, so that threads may fill rows side by side. An array holds
+// padded(its entries) elements; what fills it up are indices of any particles. Owned.
 template <class Real>
 struct Neighbours {
   std::vector<Array<std::int32_t>> row;  // [row of cells z * grid.y.cells + y]: indices of particles, as they stand in the arrays
   Array<std::int32_t> end;               // [particle]: where its list ends in the row's array; the next particle's begins there
   Array<Real> scratch;                   // [8 padded(particles)]: of openmp/ within a call, kept so that it is allocated once
 
-  // Of the pair lists, where every pair stands once, in the list of the particle that comes first in cell order: the lists of a plane of
-  // cells in one array, padded likewise, and end[i] is a place in the plane's array.
+  // Of the pair lists, where every pair stands once, in the list of the particle that comes first in cell order: the
+  // lists of a plane of cells in one array, padded likewise, and end[i] is a place in the plane's array.
   std::vector<Array<std::int32_t>> plane;  // [z]: indices of particles
   std::vector<Array<Real>> distance_2;     // [z]: the squared distance of the pair, m^2
 };
@@ -44,9 +44,9 @@ Neighbours<Real> make_neighbours(const Grid<Real>& grid, int particles) {
   return neighbours;
 }
 
-// Throws InputError, before a list is written, where the lists of a plane might have more entries than int32 counts, or all lists might
-// take more memory than there is. A list has as many entries as there are particles within h: if all particles crowd into one cell, all
-// of them. The symmetric forms keep no lists and can run such a state.
+// Throws InputError, before a list is written, where the lists of a plane might have more entries than int32 counts, or
+// all lists might take more memory than there is. A list has as many entries as there are particles within h: if all
+// particles crowd into one cell, all of them. The symmetric forms keep no lists and can run such a state.
 template <class Real>
 void require_lists_fit(const Grid<Real>& grid) {
   constexpr double entry = sizeof(std::int32_t), surely_fits = 1e9;

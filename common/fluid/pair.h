@@ -9,7 +9,8 @@
 
 namespace lockstep::fluid {
 
-// What each of two particles adds to the other's density, without model.density_coefficient; r2 = |p_i - p_j|^2 <= h2 = h^2, m^2.
+// What each of two particles adds to the other's density, without model.density_coefficient; r2 = |p_i - p_j|^2 <= h2 =
+// h^2, m^2.
 template <class Real, class Number>
 inline Number density_term(Real h2, Number r2) {
   const Number t = h2 - r2;
@@ -32,7 +33,8 @@ inline PairFactors<Number> pair_factors(const Model<Real>& model, Number density
           model.viscosity_coefficient * scale * distance};
 }
 
-// The acceleration of particle i by particle j, m/s^2; dp = p_i - p_j, dv = v_j - v_i. That of j by i is its negative, to the bit.
+// The acceleration of particle i by particle j, m/s^2; dp = p_i - p_j, dv = v_j - v_i. That of j by i is its negative,
+// to the bit.
 template <class Real, class Number>
 inline Vector3<Number> pair_acceleration(const Model<Real>& model, Number density_i, Number density_j, const Vector3<Number>& dp,
                                          const Vector3<Number>& dv, Number r2) {

@@ -35,7 +35,7 @@ void for_each_array(P& p, const F& f) {
   f("velocity", p.velocity, p.count);
 }
 
-// Component by component: the vector of particle i, and what it is to be.
+// Loads and stores the vector of particle i.
 template <class Real>
 inline Vector3<Real> at(const Vectors<Real>& vectors, int i) {
   return {vectors.x[i], vectors.y[i], vectors.z[i]};

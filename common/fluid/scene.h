@@ -38,8 +38,8 @@ struct Holds {
   bool momentum_conserved = false;  // to rounding, in every frame
   bool inside_domain = false;       // every particle, after every frame
   bool lattice_density = false;     // of the particles inside the block, in the first frame: the analytic sum over the lattice
-  // After this frame, kinetic plus gravitational energy falls from each 200 frames' peak to the next. It need not fall in every
-  // frame: the fluid bounces, and trades energy with its compression.
+  // After this frame, kinetic plus gravitational energy falls from each 200 frames' peak to the next. It need not fall
+  // in every frame: the fluid bounces, and trades energy with its compression.
   std::optional<int> energy_falls_after;
 };
 
@@ -52,9 +52,10 @@ struct Scene {
   Holds holds;
 };
 
-// Reads a TOML scene, or a .fluid file as a scene of one frame. Throws InputError in one line, `file:line:column: what was
-// expected` for TOML, where the file cannot be read, is not what is written above (an unknown key, a wrong type, a number out of
-// range or not finite, a block without a particle) or does not fit the machine's memory, asked before particles are made.
+// Reads a TOML scene, or a .fluid file as a scene of one frame. Throws InputError in one line, `file:line:column: what
+// was expected` for TOML, where the file cannot be read, is not what is written above (an unknown key, a wrong type, a
+// number out of range or not finite, a block without a particle) or does not fit the machine's memory, asked before
+// particles are made.
 Scene load_scene(const std::string& path);
 
 }  // namespace lockstep::fluid

@@ -8,8 +8,9 @@
 
 namespace lockstep::fluid {
 
-// Writes the particles as points with velocity (m/s), density (kg/m^3) and id, in the order of their ids, as a legacy VTK binary
-// file. density[i] is that of particles.*[i]. Throws InputError where the file cannot be written, and then leaves nothing behind.
+// Writes the particles as points with velocity (m/s), density (kg/m^3) and id, in the order of their ids, as a legacy
+// VTK binary file. density[i] is that of particles.*[i]. Throws InputError where the file cannot be written, and then
+// leaves nothing behind.
 void write_vtk(const std::string& path, const Particles<float>& particles, std::span<const float> density);
 
 }  // namespace lockstep::fluid

@@ -1,5 +1,5 @@
-// The separating axes of two boxes, for T a number or sixteen lanes. One pair stops at the first axis that separates it; sixteen go on, as
-// they seldom all stop together.
+// The separating axes of two boxes, for T a number or sixteen lanes. One pair stops at the first axis that separates
+// it; sixteen go on, as they seldom all stop together.
 #pragma once
 
 #include <limits>
@@ -25,7 +25,8 @@ template <class T>
 template <class T>
 inline constexpr bool stops_early = std::is_same_v<Truth<T>, bool>;
 
-// Of the faces' axes the one of greatest separation, a's preferred to b's. Pairs that one separates by more than margin leave `active`.
+// Of the faces' axes the one of greatest separation, a's preferred to b's. Pairs that one separates by more than margin
+// leave `active`.
 template <class T>
 [[gnu::always_inline]] inline BoxAxis<T> best_face(const BoxPair<T>& boxes, const T& margin, Truth<T>& active) {
   BoxAxis<T> best = {0, -std::numeric_limits<float>::infinity()}, best_b = best;
@@ -47,7 +48,7 @@ template <class T>
   return best;
 }
 
-// Of the edges' axes and that of a face, likewise; the face's preferred.
+// The same for the edges' axes and the axis of a face; the face's is preferred.
 template <class T>
 [[gnu::always_inline]] inline BoxAxis<T> best_axis(const BoxPair<T>& boxes, const T& margin, BoxAxis<T> face, Truth<T>& active) {
   BoxAxis<T> best = {0, -std::numeric_limits<float>::infinity()};

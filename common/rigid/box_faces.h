@@ -1,10 +1,10 @@
 // The contact of two boxes' faces, or of two of their edges, for T a number or sixteen lanes.
 //
-// Two faces are seen along the normal, from the reference face: a rectangle, and in its plane a parallelogram, the incident face, whose
-// points have a separation each. The corners of what they have in common are candidates, each in a slot of its own: two for each edge of the
-// parallelogram, where it enters the rectangle (or begins in it) and where it leaves, by Liang and Barsky; one for each corner of the
-// rectangle within the parallelogram. Fixed slots, instead of the usual list that grows and shrinks plane by plane, let sixteen pairs fill
-// the same slots at once.
+// Two faces are seen along the normal, from the reference face: a rectangle, and in its plane a parallelogram, the
+// incident face, whose points have a separation each. The corners of what they have in common are candidates, each in a
+// slot of its own: two for each edge of the parallelogram, where it enters the rectangle (or begins in it) and where it
+// leaves, by Liang and Barsky; one for each corner of the rectangle within the parallelogram. Fixed slots, instead of
+// the usual list that grows and shrinks plane by plane, let sixteen pairs fill the same slots at once.
 #pragma once
 
 #include "common/rigid/box_axes.h"
@@ -13,7 +13,8 @@
 
 namespace lockstep::rigid {
 
-// Two faces, seen along the normal. The origin is the middle of the reference face, x and y run along it and z out of it.
+// Two faces, seen along the normal. The origin is the middle of the reference face, x and y run along it and z out of
+// it.
 template <class T>
 struct BoxFaces {
   T half_x, half_y;            // of the reference face
@@ -113,7 +114,8 @@ template <class T>
           faces.lowest + ((abs(faces.p.z) + p * faces.p.z) + (abs(faces.q.z) + q * faces.q.z))};
 }
 
-// The part of a line that is within |x| <= half: from start on, t from near to far of a step, whose inverse length is given.
+// The part of a line that is within |x| <= half: from start on, t from near to far of a step, whose inverse length is
+// given.
 template <class T>
 struct Span {
   T near, far;
@@ -151,8 +153,8 @@ template <class T>
     found = found | within;
   }
 
-  // A corner of the reference face is middle + s p + t q; within the incident face if |s|, |t| < 1, by a little more than
-  // those are within that an edge above finds.
+  // A corner of the reference face is middle + s p + t q; within the incident face if |s|, |t| < 1, by a little more
+  // than those are within that an edge above finds.
   const T area = p.x * q.y - p.y * q.x, per_area = T(1) / area, inside = T(.5f) * widening;
   const T most_s = abs(area) - inside * max(abs(q.x), abs(q.y)), most_t = abs(area) - inside * max(abs(p.x), abs(p.y));
 #pragma GCC unroll 4
@@ -177,9 +179,10 @@ template <class T>
   take(wrong, b, a), take(wrong, before, b);
 }
 
-// Of the candidates at most four, in the order of their slots, and where there is none, the slot `slots`. Of equals the one in the first
-// slot is kept, and no point that is nearer than same_point to the first, or to the line. The axis says that the boxes are within margin: if
-// the deepest is not, by rounding, or as boxes that are apart may be so diagonally, it takes the axis's separation.
+// Of the candidates at most four, in the order of their slots, and where there is none, the slot `slots`. Of equals the
+// one in the first slot is kept, and no point that is nearer than same_point to the first, or to the line. The axis
+// says that the boxes are within margin: if the deepest is not, by rounding, or as boxes that are apart may be so
+// diagonally, it takes the axis's separation.
 template <class T>
 [[gnu::always_inline]] inline void find_points(const BoxFaces<T>& faces, const T& separation, const T& margin,
                                                BoxPoint<T> (&point)[most_points]) {
@@ -204,7 +207,8 @@ template <class T>
   return v.x * faces.x + v.y * faces.y + v.z * faces.z;
 }
 
-// The point of two edges, a's axis i and b's axis j: midway between their closest points. Of the normal, along a's axes and along b's.
+// The point of two edges, a's axis i and b's axis j: midway between their closest points. Of the normal, along a's axes
+// and along b's.
 template <class T>
 struct EdgePoint {
   Vector3<T> normal, position;  // in the world
@@ -224,8 +228,8 @@ template <class T>
     const T along = select(j == I(k), T(0), select(normal_b[k] < T(0), half_b[k], -half_b[k]));
     on_b = {on_b[0] + along * r[0][k], on_b[1] + along * r[1][k], on_b[2] + along * r[2][k]};
   }
-  // Seen along the normal they cross where b's has no distance from a's line: along that distance, and not along the edges, which may be
-  // all but parallel, rounding moves them no farther apart than it moves points.
+  // Seen along the normal they cross where b's has no distance from a's line: along that distance, and not along the
+  // edges, which may be all but parallel, rounding moves them no farther apart than it moves points.
   const I i1 = next(i), i2 = next(i1), j1 = next(j), j2 = next(j1);
   const Three<T> direction = {r[0][j], r[1][j], r[2][j]}, between = {on_b[0] - on_a[0], on_b[1] - on_a[1], on_b[2] - on_a[2]};
   const T across = between[i1] * normal[i2] - between[i2] * normal[i1],

@@ -1,7 +1,8 @@
 // Two boxes, seen from the first, and the formulas of box against box, for T a scalar or sixteen lanes.
 //
-// Bounds, all relative to the larger box's largest half side, `size` (u = 2^-24, the rounding of float). A separation sums some eight
-// products of numbers up to size: it is good to 10 u size = 6e-7 size, and axis_preference covers that. Everything follows from it:
+// Bounds, all relative to the larger box's largest half side, `size` (u = 2^-24, the rounding of float). A separation
+// sums some eight products of numbers up to size: it is good to 10 u size = 6e-7 size, and axis_preference covers that.
+// Everything follows from it:
 //
 //   - An axis replaces the one that is preferred to it only if it is better by axis_preference: so the depth is that of the best axis to
 //     within axis_preference, and rounding does not choose.
@@ -24,12 +25,13 @@ namespace lockstep::rigid {
 inline constexpr float axis_preference = 1e-6f;
 inline constexpr float parallel_sine_2 = .25f * axis_preference * axis_preference;
 inline constexpr float face_widening = 4e-6f;
-// Points nearer than this give the same point: a corner found on both faces is found twice, face_widening apart in x and in y at most,
-// and in an angle of the clipped polygon, which is not below 35 degrees where two corners meet, 1.75 times that.
+// Points nearer than this give the same point: a corner found on both faces is found twice, face_widening apart in x
+// and in y at most, and in an angle of the clipped polygon, which is not below 35 degrees where two corners meet, 1.75
+// times that.
 inline constexpr float same_point = 1e-5f;
-// cos 8 degrees. Where two edges win but the faces beside them are at most this far from the normal, the faces are clipped. Off by more,
-// two faces part so fast that points farther than margin / tan 8 = 7 margins from the deepest are no contacts, anyway: a box at rest, some
-// margin's width or less out of flush, never comes near.
+// cos 8 degrees. Where two edges win but the faces beside them are at most this far from the normal, the faces are
+// clipped. Off by more, two faces part so fast that points farther than margin / tan 8 = 7 margins from the deepest are
+// no contacts in any case. A box at rest is out of flush by about a margin or less, far below this angle.
 inline constexpr float flush_cosine = .990268f;
 
 using lockstep::select;  // not hidden by those below
@@ -116,9 +118,10 @@ template <class T>
   return r1 * r1 + r2 * r2;
 }
 
-// Separation along a's axis i x b's axis j = (0, -r2, r1), sine long. How far b reaches along it is computed from that very vector, by the
-// minors of turn, and not from the entry of turn that a minor of a rotation should equal: the rounding of either is u, which the sine
-// would divide, but here the vector and what is measured along it are off together, and every vector gives a true bound.
+// Separation along a's axis i x b's axis j = (0, -r2, r1), sine long. How far b reaches along it is computed from that
+// very vector, by the minors of turn, and not from the entry of turn that a minor of a rotation should equal: the
+// rounding of either is u, which the sine would divide, but here the vector and what is measured along it are off
+// together, and every vector gives a true bound.
 template <class T>
 [[gnu::always_inline]] inline T edge_separation(const BoxPair<T>& boxes, int i, int j, const T& sine_2) {
   const auto& [half_a, half_b, t, r] = boxes;
@@ -149,9 +152,10 @@ template <class Mask, class T>
           {{select(mask, r[0], s[0]), select(mask, r[1], s[1]), select(mask, r[2], s[2])}}};
 }
 
-// What contacts come from, in numbers: faces of the pair are numbered 0 .. 11 (2 axis + 1 on the positive side; b's from 6 on), edges of
-// a box 0 .. 11 (4 axis, + 1 and + 2 on the positive side of the next axis and the one after). The candidates of two faces have slots:
-// 2 k and 2 k + 1, edge k of the incident face; 8 + k, corner k of the reference face; 12, the incident face's deepest corner.
+// What contacts come from, in numbers: faces of the pair are numbered 0 .. 11 (2 axis + 1 on the positive side; b's
+// from 6 on), edges of a box 0 .. 11 (4 axis, + 1 and + 2 on the positive side of the next axis and the one after). The
+// candidates of two faces have slots: 2 k and 2 k + 1, edge k of the incident face; 8 + k, corner k of the reference
+// face; 12, the incident face's deepest corner.
 inline constexpr int slots = 13;
 inline constexpr int first_edge_feature = 12 * 6 * slots;
 

@@ -1,8 +1,10 @@
-// Two faces clipped against one another: the formulas of convex_clip, which both versions share. For T a number or sixteen lanes.
+// Two faces clipped against one another: the formulas of convex_clip, which both versions share. For T a number or
+// sixteen lanes.
 //
-// Every edge of the one face (incident) is cut by the planes through the sides of the other (reference), by Cyrus and Beck. Where it enters
-// and leaves are candidates, and so are corners of the reference face that have the incident face above. Each candidate has a slot of its
-// own; there are no lists. In lanes, slots are the same for all sixteen pairs, and masks say which are candidates at all.
+// Every edge of the one face (incident) is cut by the planes through the sides of the other (reference), by Cyrus and
+// Beck. Where it enters and leaves are candidates, and so are corners of the reference face that have the incident face
+// above. Each candidate has a slot of its own; there are no lists. In lanes, slots are the same for all sixteen pairs,
+// and masks say which are candidates at all.
 #pragma once
 
 #include <array>
@@ -14,33 +16,36 @@
 
 namespace lockstep::rigid {
 
-// Of sixty-four: each edge of the incident face gives two candidates, each corner of the reference one, and the closest points one.
+// Of sixty-four: each edge of the incident face gives two candidates, each corner of the reference one, and the closest
+// points one.
 inline constexpr int most_candidates = 3 * most_hull_vertices + 1;
 // Of two faces as good within 1e-3 (of the cosine), a's is the reference, so that rounding does not choose.
 inline constexpr float preference = 1e-3f;
-// A reference corner is dropped on the incident face if this is not as steep as 84 degrees.
+// A reference corner is projected along the normal onto the incident face only where that face is tilted by less than
+// 84 degrees.
 inline constexpr float least_incident_cosine = .1f;
 
-// Where a point of a contact comes from: entry (even) and exit (odd) of the edges of the incident face, corners of the reference face, or
-// the closest points; and of which faces, reference and incident.
+// Where a point of a contact comes from: entry (even) and exit (odd) of the edges of the incident face, corners of the
+// reference face, or the closest points; and of which faces, reference and incident.
 inline constexpr int slot_of_corner = 2 * most_hull_vertices, slot_of_closest = slot_of_corner + most_hull_vertices;
 template <class I>
 inline I feature_of(const I& of_b, const I& reference, const I& incident, const I& slot) {
   return ((of_b * I(128) + reference) * I(128) + incident) * I(256) + slot;
 }
 
-// A face that supports the normal: its corners, counterclockwise from outside, in a's frame; a segment or a point is its own.
+// A face that supports the normal: its corners, counterclockwise from outside, in a's frame; a segment or a point is
+// its own face.
 template <class T>
 struct Polygon {
   Integer<T> count;
   int most;         // corners of any lane
-  Quad<T> plane;    // outward unit normal, and the distance of the plane from the origin; 0 of what is no face
+  Quad<T> plane;    // outward unit normal, and the distance of the plane from the origin; 0 of a core without faces
   std::array<Vector3<T>, most_hull_vertices> corner;
 
   Vector3<T> next(int k) const {
     return k + 1 < most ? select(Integer<T>(k + 1) < count, corner[k + 1], corner[0]) : corner[0];
   }
-  // How high a point is above the plane.
+  // The height of a point above the plane, m.
   T height(const Vector3<T>& point) const { return dot(vector_of(plane), point) - plane.w; }
 };
 
@@ -99,7 +104,8 @@ struct FacePoints {
   T least_side(const T& distance_2) const { return least_apart * sqrt(distance_2); }
 };
 
-// The incident face against the reference face, where the mask is true. `out` points from the reference face towards the incident one.
+// The incident face against the reference face, where the mask is true. `out` points from the reference face towards
+// the incident one.
 template <class T>
 inline void clip_faces(const Truth<T>& mask, const Polygon<T>& reference, const Polygon<T>& incident, const Vector3<T>& out, const T& slack,
                        FacePoints<T>& points) {

@@ -4,8 +4,9 @@
 // Out:    manifolds[k] of pairs[k], one for each pair, every word of it; count is 0 where the two are farther apart than margin.
 // Errors: none.
 //
-// The face of a and the face of b that support the normal best are clipped against one another. The deepest of the points has the depth
-// that the axis says: where the faces do not hold it, the point midway between the closest points is one more.
+// The face of a and the face of b that support the normal best are clipped against one another. The deepest of the
+// points has the depth that the axis says: where the faces do not hold it, the point midway between the closest points
+// is one more.
 //
 // Source: clipping, Cyrus and Beck, Computers & Graphics 3 (1978); [LRB08] "Collision Detection".
 #pragma once

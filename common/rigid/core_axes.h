@@ -1,10 +1,10 @@
 // The axes of two convex cores: the formulas of convex_axes, which both versions share.
 //
-// A Problem is a CorePair of numbers with two shapes a and b, and with lowest_a(d) and lowest_b(d): of a core's vertices, in a's frame, the
-// one that is lowest along d. Of a shape, each version has its own
+// A Problem is a CorePair of numbers with two shapes a and b, and with lowest_a(d) and lowest_b(d): of a core's
+// vertices, in a's frame, the one that is lowest along d. Of a shape, each version has its own
 //   normal_of(shape, face)              in the shape's frame
 //   height(shape, face, point)          of a point of the shape's frame above a face
-//   facing(shape, d)                    a Facing: the face that looks most along d
+//   facing(shape, d)                    a Facing: the face whose normal is nearest to d
 //   best_face(shape, bounds, least, f)  a BestFace
 #pragma once
 
@@ -18,12 +18,12 @@ namespace lockstep::rigid {
 
 // Edges whose directions differ by less than 2^-20 (the sine) have no axis but rounding; this is the square.
 inline constexpr float parallel_2 = 0x1p-40f;
-// Nearer than 2^-13 of the pair's reach, 1e-4, the line between the closest points is too short to tell its direction: rounding, some
-// epsilon of the reach, would turn it by more than a milliradian.
+// Nearer than 2^-13 of the pair's reach, 1e-4, the line between the closest points is too short to tell its direction:
+// rounding, some epsilon of the reach, would turn it by more than a milliradian.
 inline constexpr float touching_per_reach = 0x1p-13f;
 
-// The point of a simplex that is nearest to the origin, as GJK leaves the simplex: the weights of its corners, and that point. Corners are
-// those of the difference of two cores; beyond the count they are anything finite.
+// The point of a simplex that is nearest to the origin, as GJK leaves the simplex: the weights of its corners, and that
+// point. Corners are those of the difference of two cores; beyond the count they are anything finite.
 template <class T>
 struct Nearest {
   T weight[4];
@@ -41,8 +41,8 @@ inline Nearest<T> nearest_between(const Truth<T>& two, const Truth<T>& three, co
   const T t = select(three, dot(e_f, p_e) * per_area_2, select(four, dot(p, e_g) * per_volume, none));
   const T u = select(four, -dot(p, e_f) * per_volume, none);
 
-  // The point, along a vector at right angles to the edge or face, and not what is left of p after subtractions: its direction is good
-  // however short it is.
+  // The point, along a vector at right angles to the edge or face, and not what is left of p after subtractions: its
+  // direction is good however short it is.
   const Vector3<T> off_edge = cross(e, p_e);
   const T along = dot(p, e_f) * per_area_2;
   const auto choose = [&](T at_corner, T of_edge, T of_face) {
@@ -90,8 +90,8 @@ struct Facing {
   Real cosine;
 };
 
-// The face of a shape that separates most, if by more than `least`, and the other core's vertex that is deepest below it; else -1.
-// `deepest` finds that vertex along a direction. All are in the shape's frame.
+// The face of a shape that separates most, if by more than `least`, and the other core's vertex that is deepest below
+// it; else -1. `deepest` finds that vertex along a direction. All are in the shape's frame.
 template <class Real>
 struct BestFace {
   int face;
@@ -99,14 +99,15 @@ struct BestFace {
   Vector3<Real> vertex;
 };
 
-// How far an axis separates the cores. Along an axis from face to vertex or edge to edge, that is how far these are apart.
+// How far an axis separates the cores. Along an axis from face to vertex or edge to edge, that is how far these are
+// apart.
 template <class Problem, class Real>
 inline Real separation_along(const Problem& problem, const Vector3<Real>& axis) {
   return dot(axis, problem.lowest_b(axis)) - dot(axis, problem.lowest_a(-axis));
 }
 
-// The best of the normals of both cores' faces. b's must be better by more than rounding, so that of two alike a's is taken, step after
-// step.
+// The best of the normals of both cores' faces. b's must be better by more than rounding, so that of two alike a's is
+// taken, step after step.
 template <class Problem, class Bounds>
 inline auto best_face_axis(const Problem& problem, const Bounds& bounds_a, const Bounds& bounds_b) {
   using Real = typename Problem::Number;
@@ -134,8 +135,8 @@ struct CoreEdge {
   Vector3<T> start, along;  // in a's frame
 };
 
-// Whether the cross product of an edge of a and one of b, or its opposite, may separate by more than `enough`. On the way from a to b, on_a
-// is not beyond a's edge, nor on_b before b's.
+// Whether the cross product of an edge of a and one of b, or its opposite, may separate by more than `enough`. On the
+// way from a to b, on_a is not beyond a's edge, nor on_b before b's.
 template <class T>
 struct EdgeAxis {
   Vector3<T> normal;  // not of length 1
@@ -181,7 +182,7 @@ inline void try_edges(const Problem& problem, const CoreEdge<Real>& a, const Cor
   if (edges.other_way) measure(-per_length * edges.normal, -per_length * edges.apart);
 }
 
-// Of cores that all but touch with a corner each, the line between the closest points may be better still.
+// Where cores nearly touch, each with a corner, the line between the closest points may be better still.
 template <class Problem, class Real>
 inline void try_closest_points(const Problem& problem, CoreAxis<Real>& best) {
   const Real distance_2 = dot(problem.between, problem.between);
@@ -220,7 +221,7 @@ inline auto closest_axis(const Problem& problem) {
   return best;
 }
 
-// The axis, and the faces that look along it.
+// The axis, and the faces whose normals are nearest to it.
 template <class Problem, class Real>
 inline SeparatingAxis<Real> with_faces(const Problem& problem, const CoreAxis<Real>& axis) {
   const Facing<Real> face_a = axis.face_a >= 0 ? Facing<Real>{axis.face_a, 1} : facing(problem.a, axis.normal);
@@ -229,7 +230,7 @@ inline SeparatingAxis<Real> with_faces(const Problem& problem, const CoreAxis<Re
   return {axis.normal, axis.separation, axis.middle, face_a.cosine, face_b.cosine, face_a.face, face_b.face, {}};
 }
 
-// What stands for the axis of a pair that is farther apart than margin.
+// The axis of a pair that is farther apart than margin.
 template <class Real>
 inline constexpr SeparatingAxis<Real> far_apart = {{0, 0, 0}, std::numeric_limits<Real>::infinity(), {0, 0, 0}, 0, 0, 0, 0, {}};
 

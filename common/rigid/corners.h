@@ -1,4 +1,5 @@
-// A convex shape above a plane: its corners, and how contact points are chosen among them. For T a number or sixteen lanes.
+// A convex shape above a plane: its corners, and how contact points are chosen among them. For T a number or sixteen
+// lanes.
 #pragma once
 
 #include <limits>
@@ -8,8 +9,8 @@
 
 namespace lockstep::rigid {
 
-// Square of the sine of the angle below which a corner stands straight above another. The square of their distance along the plane is a
-// difference, good to some 1e-6 of the square of their distance.
+// Square of the sine of the angle below which a corner stands straight above another. The square of their distance
+// along the plane is a difference, good to some 1e-6 of the square of their distance.
 inline constexpr float overhead = 1e-5f;
 
 // A corner is in line with two others where it is nearer to their line than this times their distance along the plane.
@@ -28,7 +29,8 @@ template <class T>
   where(mask, to.separation) = from.separation, where(mask, to.vertex) = from.vertex;
 }
 
-// A plane, seen from a shape. A corner's height is linear in its place within the hull, so the plane is turned into the hull's axes.
+// A plane, seen from a shape. A corner's height is linear in its place within the hull, so the plane is turned into the
+// hull's axes.
 template <class T>
 struct PlaneView {
   Vector3<T> normal, up;  // of the plane, in the world and in the hull's axes
@@ -53,8 +55,8 @@ template <class T>
   return {normal, transposed_times(axes, normal), axes, convex.position, size, dot(normal, convex.position - plane.position) - size.w};
 }
 
-// The corners of a shape, as keep_four.h asks for them. Distances are measured along the plane; a corner that is no farther than rounding
-// does not count.
+// The corners of a shape, as keep_four.h asks for them. Distances are measured along the plane; a corner that is no
+// farther than rounding does not count.
 template <class T, class CornerOf>
 struct Corners {
   using Point = Corner<T>;

@@ -1,8 +1,9 @@
 // Contract: the distance of convex cores and the points where they are closest, by the algorithm of Gilbert, Johnson and Keerthi.
 //
-// A core is a collider's scaled hull without the radius it is rounded by. The difference of two cores is convex, too; their distance is its
-// distance from the origin. GJK walks towards it: of a simplex of up to four corners it keeps those that the closest point lies between,
-// and adds the corner that is farthest towards the origin, until none is nearer by more than rounding.
+// A core is a collider's scaled hull without the radius it is rounded by. The difference of two cores is convex, too;
+// their distance is its distance from the origin. GJK walks towards it: of a simplex of up to four corners it keeps
+// those that the closest point lies between, and adds the corner that is farthest towards the origin, until none is
+// nearer by more than rounding.
 //
 // In: pairs of convex colliders, and simplex[k], where to start: the one of the last step, or all zero. Out: closest[k]; simplex[k].
 // Works relative to collider a, so that where in the world the pair stands does not matter.

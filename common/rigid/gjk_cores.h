@@ -1,7 +1,8 @@
-// Two convex cores, seen from the first: hulls as they stand in the library, and how to get from there to a's frame. For scalars and lanes.
+// Two convex cores, seen from the first: hulls as they stand in the library, and how to get from there to a's frame.
+// For scalars and lanes.
 //
-// Vertices are not turned one by one. A direction is brought into each hull's own frame, where the farthest vertex is looked for, and that
-// one vertex is brought into a's.
+// Vertices are not turned one by one. A direction is brought into each hull's own frame, where the support mapping
+// finds the farthest vertex, and that one vertex is brought into a's.
 #pragma once
 
 #include "common/rigid/world.h"

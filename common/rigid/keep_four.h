@@ -1,5 +1,5 @@
-// Contact points, reduced to four: the deepest; the farthest from it; and the farthest to either side of the line through both. These
-// hold two colliders apart about as all of them would. For T a number or sixteen lanes.
+// Contact points, reduced to four: the deepest; the farthest from it; and the farthest to either side of the line
+// through both. These hold two colliders apart about as all of them would. For T a number or sixteen lanes.
 //
 // `points` says which candidates there are, and how they are measured:
 //   Point                    has a `separation`; take(mask, from, to) copies one where the mask is true

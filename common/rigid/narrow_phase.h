@@ -1,12 +1,13 @@
 // Contract: the narrow phase. Of pairs that a broad phase found, which touch, and where.
 //
-// Two colliders have points where they are nearer than `margin`, m, >= 0: at margin 0 exactly where they overlap or touch. The points
-// hold the two apart if the bodies are pushed along the normal at each: at most four, the deepest among them, chosen to be wide apart.
+// Two colliders have points where they are nearer than `margin`, m, >= 0: at margin 0 exactly where they overlap or
+// touch. The points hold the two apart if the bodies are pushed along the normal at each: at most four, the deepest
+// among them, chosen to be wide apart.
 //
-// Each kernel takes pairs of the kinds it is for, in any order, and fills manifolds[k] of pairs[k]; count is 0 where they
-// do not touch. The manifold's a and b are those of the pair: the normal points from pair.a to pair.b, whichever kind
-// each of them is. Colliders and pairs are fewer than 2^29 each: openmp/ numbers the 32-byte records of manifolds, four
-// each, with 32 bits.
+// Each kernel takes pairs of the kinds it is for, in any order, and fills manifolds[k] of pairs[k]; count is 0 where
+// they do not touch. The manifold's a and b are those of the pair: the normal points from pair.a to pair.b, whichever
+// kind each of them is. Colliders and pairs are fewer than 2^29 each: openmp/ numbers the 32-byte records of manifolds,
+// four each, with 32 bits.
 //
 //   spheres      sphere or capsule against sphere, capsule or box: closest points of point, segment and box in closed form
 //   planes       plane against any convex: the deepest corners

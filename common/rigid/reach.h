@@ -5,7 +5,8 @@
 
 namespace lockstep::rigid {
 
-// Of a box's corners, the height of the lowest over the plane through `point`, m. Rounding keeps order, so that no corner comes out lower.
+// The height of a box's lowest corner over the plane through `point`, m. Rounding keeps order, so that no corner comes
+// out lower.
 template <class T, class Real>
 inline T lowest_corner(const spatial::Box<T>& box, const Vector3<Real>& normal, const Vector3<Real>& point) {
   const auto lower = [](const T& low, const T& high, Real n, Real p) { return ((n > 0 ? low : high) - p) * n; };

@@ -45,8 +45,8 @@ inline RoundContact<T> one_point(const Vector3<T>& normal, const Vector3<T>& pos
   return {normal, {position, {T(0), T(0), T(0)}}, {separation, T(0)}, {}};
 }
 
-// Replaces the one point by both ends of the stretch low .. high where `lies` holds, and where the deeper end is as deep
-// as the one point within `tolerance`. end(x, position) sets the position of an end and returns its separation.
+// Replaces the one point by both ends of the stretch low .. high where `lies` holds, and where the deeper end is as
+// deep as the one point within `tolerance`. end(x, position) sets the position of an end and returns its separation.
 template <class T, class End>
 inline void take_ends(const Truth<T>& lies, const T& low, const T& high, const T& tolerance, const End& end,
                       RoundContact<T>& contact) {
@@ -181,8 +181,8 @@ inline T closest_to_box(const BoxSegment<T>& p) {
   return clamped(select(below > T(0), above / below, middle), low, high);
 }
 
-// Of a segment that passes through the box, the plane of least depth: its normal, and t of the point that leaves the box
-// last along it.
+// Of a segment that passes through the box, the plane of least depth: its normal, and t of the point that leaves the
+// box last along it.
 template <class T>
 struct WayOut {
   Vector3<T> normal;

@@ -1,4 +1,5 @@
-// Which kernel of the narrow phase a pair of kinds goes to. A kernel's pairs are sorted by kinds, too, so that like ones stand together.
+// Which kernel of the narrow phase a pair of kinds goes to. A kernel's pairs are sorted by kinds, too, so that like
+// ones stand together.
 #pragma once
 
 #include "common/rigid/round.h"

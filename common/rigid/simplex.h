@@ -1,5 +1,5 @@
-// What GJK does to a simplex, in formulas for scalars and lanes alike: which point of an edge, a face or a tetrahedron is nearest to the
-// origin. `newest` is the corner that came last; edges e, f, g lead from it to the corners before.
+// What GJK does to a simplex, in formulas for scalars and lanes alike: which point of an edge, a face or a tetrahedron
+// is nearest to the origin. `newest` is the corner that came last; edges e, f, g lead from it to the corners before.
 #pragma once
 
 #include <type_traits>
@@ -28,8 +28,8 @@ inline Edge<T> make_edge(const Vector3<T>& newest, const Vector3<T>& corner) {
   return {along, length_2, T(1) / length_2, cross(newest, along)};
 }
 
-// The point newest + s e + t f. Where `inside` holds, s, t >= 0 and s + t <= 1 within rounding, so that the point is one of the simplex;
-// where not, nothing else holds, either.
+// The point newest + s e + t f. Where `inside` holds, s, t >= 0 and s + t <= 1 within rounding, so that the point is
+// one of the simplex; where not, nothing else holds, either.
 template <class T>
 struct Candidate {
   Truth<T> inside;
@@ -48,9 +48,10 @@ inline Candidate<T> nearest_on_edge(const Vector3<T>& newest, const Edge<T>& e) 
           e.per_length_2 * cross(e.along, e.newest_along)};
 }
 
-// Of the face between e and f. Outside where an edge is nearer, and where the face has no area. Where e and f are nearly one line, rounding
-// moves the point along it, far compared with the width of the face; so it is brought back to where it is nearest along f. The weight of
-// the newest corner may be as little as rounding: a step that is all but none, but its corner may be what the next one needs.
+// Of the face between e and f. Outside where an edge is nearer, and where the face has no area. Where e and f are
+// nearly one line, rounding moves the point along it, far compared with the width of the face; so it is brought back to
+// where it is nearest along f. The weight of the newest corner may be as small as rounding: the step is then almost
+// zero, but the next iteration may need its corner.
 template <class T>
 inline Candidate<T> nearest_on_face(const Vector3<T>& newest, const Edge<T>& e, const Edge<T>& f) {
   const Vector3<T> normal = cross(e.along, f.along);
@@ -70,7 +71,8 @@ struct Enclosure {
   T r, s, t;
 };
 
-// From the normals e x f, e x g and f x g. Inside only where it is by the signs of all four weights: a flat one encloses nothing.
+// From the normals e x f, e x g and f x g. Inside only where it is by the signs of all four weights: a flat one
+// encloses nothing.
 template <class T>
 inline Enclosure<T> enclosure(const Vector3<T>& newest, const Vector3<T>& e, const Vector3<T>& ef, const Vector3<T>& eg,
                               const Vector3<T>& fg) {

@@ -1,9 +1,10 @@
-// The papers' partition of the grid: one sub-grid a thread, and which cells need a lock. No serial twin: serial code has no
-// one to share cells with.
+// The papers' partition of the grid: one sub-grid a thread, and which cells need a lock. No serial twin: serial code
+// has no one to share cells with.
 //
-// A thread updates the cells of its own sub-grid and, as pairs reach one cell further, the cells just outside it. So a cell
-// whose 26 neighbours all lie in its own sub-grid is private to that sub-grid's thread and needs no lock; the others are
-// shared and are updated under a lock. The larger the sub-grids, the smaller the share of cells at their borders.
+// A thread updates the cells of its own sub-grid and, as pairs reach one cell further, the cells just outside it. So a
+// cell whose 26 neighbours all lie in its own sub-grid is private to that sub-grid's thread and needs no lock; the
+// others are shared and are updated under a lock. The larger the sub-grids, the smaller the share of cells at their
+// borders.
 //
 // Source: [LRB08] "Thread Synchronization and software locks", Figure 9.
 #pragma once
@@ -41,8 +42,8 @@ inline std::vector<int> equal_cuts(const std::vector<long long>& weight, int par
   return cuts;
 }
 
-// One sub-grid for each of `parts` threads, any number: the ways to write parts = a * b * c are all tried, each axis is cut
-// into slices of equally many particles, and the cut that leaves the fewest particles in shared cells is taken.
+// One sub-grid for each of `parts` threads, any number: the ways to write parts = a * b * c are all tried, each axis is
+// cut into slices of equally many particles, and the cut that leaves the fewest particles in shared cells is taken.
 template <class Real>
 SubGrids make_sub_grids(const Grid<Real>& grid, int parts) {
   const int nx = grid.x.cells, ny = grid.y.cells, nz = grid.z.cells;

@@ -1,4 +1,4 @@
-// Pairs sorted by what formula they take, so that sixteen of a kind go through it at once.
+// Pairs sorted by formula, so that sixteen pairs go through the same formula at once.
 #pragma once
 
 #include <span>
@@ -22,12 +22,13 @@ struct Bin {
   }
 };
 
-// Where a pair goes.
+// The bin of a pair, and its shapes in the order of the formula.
 struct Place {
   int bin, first, second;
 };
 
-// Sorts pairs begin .. end - 1. The count of the bin met last stays in a register: pairs of one kind often follow one another.
+// Sorts pairs begin .. end - 1. The count of the bin met last stays in a register: pairs of one kind often follow one
+// another.
 template <class PlaceOf>
 void sort_block(std::span<const Pair> pairs, int begin, int end, Bin* bins, PlaceOf place_of) {
   Bin* bin = bins;
@@ -43,8 +44,8 @@ void sort_block(std::span<const Pair> pairs, int begin, int end, Bin* bins, Plac
   bin->count = n;
 }
 
-// All lanes of m, as store_manifolds puts them, where none has more than two points; or no more than one, that has feature 0. Among equal
-// indices, lanes are equal.
+// All lanes of m, as store_manifolds puts them, where none has more than two points; or no more than one, that has
+// feature 0. Among equal indices, lanes are equal.
 template <int points>
 LOCKSTEP_INLINE void store_short_manifolds(std::span<Manifold<float>> manifolds, const Indices& indices, const ManifoldLanes& m) {
   float* const records = &manifolds.data()->normal.x;

@@ -1,10 +1,11 @@
 // Box against box: separating axes, then contact points, of sixteen pairs at once.
 //
-// The axes and the points are those of serial/rigid/box_box.cpp. Early outs are masks ([LRB08] Figure 10c): a lane whose pair is apart goes
-// on for nothing until all are.
+// The axes and the points are those of serial/rigid/box_box.cpp. Early outs are masks ([LRB08] Figure 10c): a lane
+// whose pair is apart idles until all are apart.
 //
-// What a pair needs next depends on its axis: nothing, the contact of two faces, or that of two edges. So a block's pairs go on to queues,
-// and whenever one has sixteen, they go through that stage together: lanes are full again however many pairs were apart.
+// What a pair needs next depends on its axis: nothing, the contact of two faces, or that of two edges. So a block's
+// pairs go on to queues, and whenever one has sixteen, they go through that stage together: lanes are full again
+// however many pairs were apart.
 //
 // Source: [LRB08] "Collision Detection", Figure 10; the rest as in serial/rigid/box_box.cpp. The contract stands in
 //         common/rigid/narrow_phase.h, formulas in common/rigid/box_axes.h and box_faces.h, bounds in common/rigid/box_pair.h.
@@ -30,14 +31,14 @@ struct Block {
   BoxAxis<floatv> axis;
 };
 
-// Pairs that wait for fifteen others that need the same. Their boxes are loaded anew: to bring those along took longer.
+// Pairs that wait until sixteen need the same stage. Their boxes are loaded again: queueing them too took longer.
 struct Queue {
   alignas(array_alignment) std::int32_t pair[2 * lanes] = {}, number[2 * lanes] = {};
   alignas(array_alignment) Real separation[2 * lanes] = {};
   int count = 0;
 };
 
-// What threads work with: the arguments of the kernel, and the queues of one thread.
+// The arguments of the kernel, and the queues of one thread.
 struct Work {
   const Placed<Real>& placed;
   const std::span<const Pair> pairs;
@@ -65,7 +66,8 @@ LOCKSTEP_INLINE Block pop(const Work& work, Queue& queue) {
   return block;
 }
 
-// The next stage, for the pairs of a block that need it: at once where all sixteen do, as in stacks, or else when the queue has sixteen.
+// The next stage, for the pairs of a block that need it: at once where all sixteen do, as in stacks, or else when the
+// queue has sixteen.
 template <class Stage>
 LOCKSTEP_INLINE void go_on(Work& work, Queue& queue, const Block& block, maskv mask, Stage stage) {
   if (all(mask)) return stage(work, block);

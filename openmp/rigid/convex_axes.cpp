@@ -1,10 +1,10 @@
 // Convex against convex: along which axis two cores are farthest apart, or overlap least.
 //
-// How the axis is found is told in serial/rigid/convex_axes.cpp. Here the lanes change sides:
+// serial/rigid/convex_axes.cpp explains how the axis is found. Here lanes are used in two ways:
 //
-//   - Sixteen pairs at once, where all pairs do the same: where the cores are, and what is left of GJK's simplex. Pairs that are too far
+//   - Sixteen pairs at once, where all pairs do the same: the cores, and GJK's simplex at their new positions. Pairs that are too far
 //     apart are left out before, so that lanes are full.
-//   - One pair, where each goes a way of its own: which faces are tried and which edges are left. There the lanes are sixteen faces,
+//   - One pair, where pairs differ: which faces are tried and which edges are left. There the lanes are sixteen faces,
 //     sixteen vertices, or sixteen edges of b against one of a. Hulls of a dozen vertices or two have about as many faces as two vectors
 //     hold; sixteen pairs side by side would all wait for the one that tries most.
 //
@@ -95,7 +95,8 @@ floatv height(const Shape& shape, int face, const Vector3<floatv>& point) {
   return dot(shape.sixteen_normals(face), point) - load(shape.distance + face);
 }
 
-// The first of the elements that have the least value; `value` gives sixteen from an element on. If that is NaN, the first element.
+// The first of the elements that have the least value; `value` gives sixteen from an element on. If that is NaN, the
+// first element.
 template <class Value>
 int first_least(int count, const Value& value) {
   std::array<floatv, face_vectors> values;
@@ -116,7 +117,7 @@ int lowest(const Shape& shape, const Vector3<Real>& direction) {
   return first_least(shape.vertices, [&](int k) { return dot(d, shape.sixteen_vertices(k)); });
 }
 
-// The face that looks most along a direction of the shape's frame; the first of equals.
+// The face whose normal is nearest to a direction, in the shape's frame; the first of equals.
 Facing<Real> facing(const Shape& shape, const Vector3<Real>& direction) {
   if (shape.faces == 0) return {-1, -infinity};
   const Vector3<floatv> d = splat(direction);
@@ -171,8 +172,8 @@ CorePair<floatv> make_problems(const Placed<Real>& placed, const PairLanes& pair
   return make_core_pair<Real>(cores, reach, load(count.index), of_a, of_b);
 }
 
-// No axis of a face separates by more than the least height of a point of the other core above it. Lanes beyond the last face are below
-// everything.
+// No axis of a face separates by more than the least height of a point of the other core above it. Lanes beyond the
+// last face are below everything.
 struct FaceBounds {
   alignas(array_alignment) std::array<Real, face_vectors * lanes> bound;
   Real& operator[](int face) { return bound[face]; }
@@ -218,7 +219,8 @@ struct Edges {
   CoreEdge<floatv> sixteen(int k) const { return {start.sixteen(k), along.sixteen(k)}; }
 };
 
-// The edges of a shape that have a face that may separate by more than `least`, each once. A segment has one edge and no faces.
+// The edges of a shape that have a face that may separate by more than `least`, each once. A segment has one edge and
+// no faces.
 template <class Place>
 Edges edges_left(const Shape& shape, const FaceBounds& bound, Real least, const Place& place) {
   Edges edges;

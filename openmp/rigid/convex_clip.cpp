@@ -1,8 +1,9 @@
 // Convex against convex: the points that hold the two apart along their axis, of sixteen pairs at once.
 //
-// How faces are clipped is told in serial/rigid/convex_clip.cpp. Slots of candidates are the same for all pairs, so what the serial loops do
-// to one candidate they do here to sixteen, and masks say which are candidates at all. A lane whose face has fewer corners than the largest
-// waits. Pairs that are too far apart are left out before, so that lanes are full.
+// serial/rigid/convex_clip.cpp explains how faces are clipped. Slots of candidates are the same for all pairs, so what
+// the serial loops do to one candidate they do here to sixteen, and masks say which are candidates at all. A lane whose
+// face has fewer corners than the largest waits. Pairs that are too far apart are left out before, so that lanes are
+// full.
 //
 // Source: as in serial/rigid/convex_clip.cpp; early outs by masks, [LRB08] Figure 10. The contract stands in common/rigid/convex_clip.h,
 //         formulas in common/rigid/clip_faces.h.
@@ -64,7 +65,8 @@ Quad<floatv> load_planes(const Placed<Real>& placed, const HullLanes& hulls, int
   return {select(is_face, x, 0.f), select(is_face, y, 0.f), select(is_face, z, 0.f), select(is_face, distance, 0.f)};
 }
 
-// The faces that look along the axes, in a's frame: b's is the reference where `of_b` is true. Where `mask` is not, they may be cut short.
+// The faces nearest to the axes, in a's frame: b's is the reference where `of_b` is true. Where `mask` is not, they may
+// be cut short.
 void load_polygons(const Placed<Real>& placed, const HullLanes& hulls_a, const HullLanes& hulls_b, const Cores<floatv>& cores,
                    const AxisLanes& axis, maskv of_b, maskv mask, Polygon<floatv>& reference, Polygon<floatv>& incident) {
   const Faces a = load_faces(placed, hulls_a, axis.face_a), b = load_faces(placed, hulls_b, axis.face_b);

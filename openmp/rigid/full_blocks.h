@@ -1,5 +1,6 @@
-// Work that some lanes end sooner than others, in vectors that stay full: when few lanes of a block are left, the block ends, and what is
-// left of a chunk is packed into full blocks again. No serial twin: one pair at a time waits for no other.
+// Keeps vectors full where lanes need different numbers of iterations: when few lanes of a block are unfinished, the
+// block ends, and the unfinished elements of a chunk are packed into full blocks again. It has no serial twin: there,
+// no pair waits for another.
 #pragma once
 
 #include <algorithm>
@@ -12,13 +13,13 @@
 namespace lockstep::rigid::openmp {
 
 inline constexpr int chunk_size = 512;
-// From 2 to 5 it makes no difference. At 0, where nothing is packed again, hulls take 4 % longer and mixed shapes 14 %; at 8, 7 % longer,
-// because more blocks are set up than looks are saved.
+// From 2 to 5 it makes no difference. At 0, where nothing is packed again, hulls take 4 % longer and mixed shapes 14 %;
+// at 8, 7 % longer, because setting up more blocks costs more than the iterations that are saved.
 inline constexpr int few_lanes = 3;
 
-// Elements 0 .. n - 1 <= chunk_size, in the order of key(k) < 256, in blocks of sixteen, again and again until none is left. block(which,
-// enough) works on those elements until no more than `enough` are unfinished, puts these to the front of `which`, and returns how many they
-// are.
+// Elements 0 .. n - 1 <= chunk_size, in the order of key(k) < 256, in blocks of sixteen, again and again until none is
+// left. block(which, enough) works on those elements until no more than `enough` are unfinished, puts these to the
+// front of `which`, and returns how many they are.
 template <class Key, class Block>
 void in_full_blocks(int n, const Key& key_of, const Block& block) {
   // A counting sort.

@@ -1,14 +1,17 @@
-// The distance of two convex cores, by the algorithm of Gilbert, Johnson and Keerthi, as serial/rigid/gjk.cpp has it: what the difference
-// of two cores is, how the walk goes on, and why the nearest point is chosen by value, is written there.
+// The distance of two convex cores, by the algorithm of Gilbert, Johnson and Keerthi, as serial/rigid/gjk.cpp has it:
+// what the difference of two cores is, how the walk goes on, and why the nearest point is chosen by value, is written
+// there.
 //
-// Sixteen pairs at a time, a pair a lane. All edges and faces of a simplex put forward their nearest points in any case, so that lanes do
-// not part ways; corners that a lane does not have repeat others, which never win. The vertices of sixteen hulls are brought side by side
-// once: then a look for the farthest is a loop over whole vectors, with one compare and one choice a vertex.
+// Sixteen pairs at a time, a pair a lane. All edges and faces of a simplex put forward their nearest points in any
+// case, so that lanes do not part ways; corners that a lane does not have repeat others, which never win. The vertices
+// of sixteen hulls are brought side by side once: then the support mapping is a loop over whole vectors, with one
+// compare and one select a vertex.
 //
-// Pairs take from 2 to 16 looks, and lanes that are done wait for the others: among sixteen pairs of hulls, a third of the looks would be
-// idle. So when few lanes are left, a block ends; what is left of a chunk is packed into full blocks again, which go on from the simplex at
-// which each pair stands. Within a chunk, pairs are first put in order of how many vertices they have, so that a block's hulls are about as
-// large. As each pair takes the same steps in any company, the result has the same bits.
+// Pairs take from 2 to 16 iterations, and lanes that are done wait for the others: among sixteen pairs of hulls, a
+// third of the iterations would be idle. So when few lanes are left, a block ends; what is left of a chunk is packed
+// into full blocks again, which go on from the simplex at which each pair stands. Within a chunk, pairs are first put
+// in order of how many vertices they have, so that a block's hulls are about as large. As each pair takes the same
+// steps in any company, the result has the same bits.
 //
 // Source: as in the contract, common/rigid/gjk.h; bringing records side by side: [LRB08] Figure 12. Packing again what is left is ours.
 #include "common/rigid/gjk.h"
@@ -34,14 +37,15 @@ namespace {
 constexpr int most_iterations = 32;  // why: serial/rigid/gjk.cpp
 constexpr Real epsilon = std::numeric_limits<Real>::epsilon();
 
-// What the formulas are about: sixteen pairs.
+// The formulas' types, for sixteen pairs.
 using Number = floatv;
 using Mask = maskv;
 using Index = intv;
 using Vector = Vector3<Number>;
 
-// quad[index] in each lane. Without the empty assembly, which may change the indices for all that g++ knows, it would not read them back
-// from memory but take the vector apart in registers: two moves a lane, some on the ports that turn records round, and 5 % of the time.
+// quad[index] in each lane. Without the empty assembly, which may change the indices for all that g++ knows, it would
+// not read them back from memory but take the vector apart in registers: two moves a lane, some on the ports that turn
+// records round, and 5 % of the time.
 LOCKSTEP_INLINE Vector position(const Array<Quad<Real>>& quad, Index index) {
   Indices indices = indices_of(index);
   asm("" : "+m"(indices));
@@ -99,8 +103,8 @@ LOCKSTEP_INLINE Vector between_centres(const Problem& problem) {
   return vertex_of_b(problem.cores, centre(problem.hull_b)) - vertex_of_a(problem.cores, centre(problem.hull_a));
 }
 
-// The corners that the nearest point to the origin lies between, the newest first, and their weights: up to three, or four around the
-// origin. Those that there are not repeat others, so that no lane need know how many it has.
+// The corners that the nearest point to the origin lies between, the newest first, and their weights: up to three, or
+// four around the origin. Unused corners repeat others, so that the count of a lane does not matter.
 struct State {
   Index count;
   Corner corner[4];
@@ -109,13 +113,13 @@ struct State {
   Number distance_2;  // 0 where the cores overlap
 };
 
-// What becomes of the others when a corner is new: j and k stay, or if the count is 4 all.
+// Which of the other corners stay when a new corner comes: j and k, or all if the count is 4.
 struct Choice {
   Index count, j, k;
   Number r, s, t;  // weights of the corners after the newest
   Vector nearest;
   Number distance_2;
-  Number longest_2;  // of the edges from the newest corner that were looked at
+  Number longest_2;  // of the edges from the newest corner that were tried
 };
 
 // The nearest point on the edges and faces from `newest` to the other corners, of which there are up to three.
@@ -153,7 +157,8 @@ LOCKSTEP_INLINE Choice nearest(const Corner& newest, const Corner* others, Index
   }
   const Mask enclosed = around.inside & (count == 3);
 
-  // A point newest + s e + t f carries rounding of an epsilon or two of its longest term. What is nearer than that is at the origin.
+  // A point newest + s e + t f carries rounding of an epsilon or two of its longest term. What is nearer than that is
+  // at the origin.
   const Number normal_2 = dot(best.normal, best.normal);
   const Mask away = (best.distance_2 > 16 * epsilon * epsilon * longest_2) & (normal_2 > 0.f) & ~enclosed;
   const Vector v = (dot(p, best.normal) / normal_2) * best.normal, zero = {0.f, 0.f, 0.f};
@@ -185,7 +190,7 @@ LOCKSTEP_INLINE void take(Mask mask, const Corner& newest, const Choice& choice,
   where(mask, state.distance_2) = choice.distance_2;
 }
 
-// Whether a corner is one of those that there are.
+// Whether the simplex has this corner already.
 LOCKSTEP_INLINE Mask is_known(const Corner& corner, const State& state) {
   Mask known = first_lanes(0);
   for (int k = 0; k < 3; ++k) known |= corner.vertices == state.corner[k].vertices;
@@ -213,8 +218,9 @@ LOCKSTEP_INLINE void store_known(const Known& known, std::span<Simplex> simplex,
     simplex[which[l]] = std::bit_cast<Simplex>(std::array{word[0].index[l], word[1].index[l], word[2].index[l]});
 }
 
-// Where the walk begins: from the corners of the last simplex, where they are now. Without any, the first is looked for along the line
-// between the centres, which counts as an iteration.
+// The first simplex: a warm start takes the corners of the last step's simplex, at their new positions. Without any (a
+// cold start), the support mapping along the line between the centres gives the first one, which counts as an
+// iteration.
 LOCKSTEP_INLINE State start(const Problem& problem, const Known& known, Index& iterations) {
   const auto corner = [&](int k) {
     return problem.corner(select(known.count > k, (known.a >> 8 * k) & 255, 0), select(known.count > k, (known.b >> 8 * k) & 255, 0));
@@ -233,18 +239,20 @@ LOCKSTEP_INLINE State start(const Problem& problem, const Known& known, Index& i
   return state;
 }
 
-// Goes on until no more than `enough` active lanes are left; returns those.
+// Iterates until no more than `enough` lanes are active; returns these.
 LOCKSTEP_INLINE Mask walk(const Problem& problem, int enough, State& state, Index& iterations, Mask active) {
   while (count(active) > enough) {
     where(active, iterations) += 1;
     const Corner newest = problem.farthest(state.nearest);
-    // Beyond the corners that there are by more than rounding makes of a step across: some epsilon of its length.
+    // Ends unless the new corner is beyond the simplex by more than the rounding of a step across: some epsilon of its
+    // length.
     const Vector& v = state.nearest;
     const Vector step = state.corner[0].position - newest.position;
     const Number beyond = dot(v, step);
     active &= (beyond > 0.f) & (beyond * beyond > 4 * epsilon * epsilon * (dot(v, v) * dot(step, step)));
-    // New, and not farther by more than rounding makes of a point: some epsilon of its terms. Where the walk cannot come nearer although
-    // there are corners beyond, it stands at the origin or, as around a needle, a little away from it: the cores overlap.
+    // The corner must be new, and the point not farther by more than its rounding: some epsilon of its terms. Where GJK
+    // cannot come nearer although there are corners beyond, its point is at the origin or, as around a needle, a little
+    // away from it: the cores overlap.
     const Choice next = nearest(newest, state.corner, state.count);
     const Number farther = next.distance_2 - state.distance_2;
     const Mask stuck =
@@ -261,7 +269,7 @@ LOCKSTEP_INLINE Mask walk(const Problem& problem, int enough, State& state, Inde
   return active;
 }
 
-// What the walk has found, into `closest` and `simplex`.
+// Writes the result of the iterations into `closest` and `simplex`.
 LOCKSTEP_INLINE void finish(const Problem& problem, State& state, Index iterations, std::span<const std::int32_t> which,
                             std::span<Simplex> simplex, std::span<Closest<Real>> closest) {
   const Cores<Number>& cores = problem.cores;

@@ -1,5 +1,5 @@
-// Hulls by component: the x of all vertices, then the y, and so on, so that sixteen vertices or sixteen faces of one hull
-// are loaded side by side. A hull is part of many pairs, and is transposed once.
+// Hulls by component: the x of all vertices, then the y, and so on, so that sixteen vertices or sixteen faces of one
+// hull are loaded side by side. A hull is part of many pairs, and is transposed once.
 #pragma once
 
 #include <vector>

@@ -29,8 +29,8 @@ LOCKSTEP_INLINE intv support(const Vertices& vertices, const Vector3<floatv>& di
   return farthest;
 }
 
-// A load takes four vertices of one hull, sixteen numbers. Sixteen such rows are transposed from a row a hull to a row a
-// coordinate.
+// A load takes four vertices of one hull, sixteen numbers. Sixteen such rows are transposed from a row a hull to a row
+// a coordinate.
 LOCKSTEP_INLINE void load_vertices(const Hulls<Real>& hulls, const Indices& hull, Vertices& vertices) {
   Indices begin, vertices_of;
   int least = most_hull_vertices;

@@ -1,5 +1,5 @@
-// Sixteen records into lanes and back: poses, motions, quads and manifolds. Each record is one access; a gather or a scatter of each
-// field would be one access a number ([LRB08] Figure 12).
+// Sixteen records into lanes and back: poses, motions, quads and manifolds. Each record is one access; a gather or a
+// scatter of each field would be one access a number ([LRB08] Figure 12).
 #pragma once
 
 #include <span>

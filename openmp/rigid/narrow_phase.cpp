@@ -1,14 +1,16 @@
-// The narrow phase: every pair to the kernel for its kinds, and what touches back in the order of the pairs.
+// The narrow phase: gives every pair to the kernel for its kinds, and collects the manifolds in the order of the pairs.
 //
-// Pairs are counted and sorted into bins by kinds, stable, so that a kernel has its pairs side by side and like ones together: formulas
-// do not alternate, and in lanes sixteen pairs take the same one ([LRB08] Figure 10 is what happens where they do not). A pair remembers
-// where its manifold will be; at the end those that have points are collected in the order of the pairs.
+// A stable counting sort puts pairs into bins by kinds, so that a kernel has its pairs side by side, and pairs with the
+// same formula together: sixteen pairs in lanes take the same one ([LRB08] Figure 10 shows the cost where they do not).
+// Each pair keeps the place of its manifold; at the end the manifolds that have points are collected in the order of
+// the pairs.
 //
-// Convexes start from the simplex where GJK ended in the last step. Both steps' pairs are in order, so that they are matched like two
-// sorted lists are merged; a pair that is new starts from nothing.
+// Warm start: GJK starts a pair from its last step's simplex. The pairs of both steps are sorted, and matched as in a
+// merge; a new pair starts cold.
 //
-// Threads take contiguous shares of the pairs, count, learn from the counts of the shares before theirs where to write, and write:
-// the order is the serial one however many shares there are. Kernels are parallel themselves and run one after another.
+// Threads take contiguous shares of the pairs, count, learn from the counts of the shares before theirs where to write,
+// and write: the order is the serial one however many shares there are. Kernels are parallel themselves and run one
+// after another.
 //
 // The contract stands in common/rigid/narrow_phase.h.
 #include "common/rigid/narrow_phase.h"
@@ -79,7 +81,7 @@ void narrow_phase(const Placed<Real>& placed, std::span<const Pair> pairs, Real 
     std::array<int, bins + 1>& next = counts[omp_get_thread_num()].of;
     for (int k = mine.begin; k < mine.end; ++k) ++next[bin_of_pair(placed.colliders, pairs[k])];
 #pragma omp barrier
-      // One thread alone turns counts into places, and the others wait.
+      // One thread turns counts into places, and the others wait at the barrier that ends `single`.
 #pragma omp single
     for (int bin = 0, sum = 0; bin < bins; ++bin) {
       for (Counts& each : counts) sum += std::exchange(each.of[bin], sum);
@@ -119,7 +121,7 @@ void narrow_phase(const Placed<Real>& placed, std::span<const Pair> pairs, Real 
     next = 0;
     for (int k = mine.begin; k < mine.end; ++k) next += found[place[k]].count > 0;
 #pragma omp barrier
-      // One thread alone makes room, and the others wait. If there is none, none writes.
+      // One thread allocates, and the others wait at the barrier that ends `single`. If that fails, no thread writes.
 #pragma omp single
     failure.guard([&] {
       int sum = 0;

@@ -1,4 +1,4 @@
-// Planes against everything: they have no bounds, so no other broad phase sees them.
+// Planes against everything: they are unbounded, so the other broad phases do not pair them.
 //
 // A box reaches below a plane if its lowest corner does; the signs of the normal say which corner that is. There are
 // few planes, so every box is tested against each plane. The pairs of a collider are made together, where it is the

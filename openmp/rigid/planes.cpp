@@ -1,8 +1,8 @@
 // Plane against any convex shape: the deepest corners of its core, less the radius, of sixteen pairs at once.
 //
-// How corners are chosen is told in serial/rigid/planes.cpp. Threads take blocks of pairs; a block is sorted by kind, so that sixteen pairs
-// at once go through corners as many. Spheres, capsules and boxes have one hull each, whose corners are the same number in all lanes; others
-// have theirs loaded, and the lanes of lesser hulls wait.
+// serial/rigid/planes.cpp explains how corners are chosen. Threads take blocks of pairs; a block is sorted by kind, so
+// that sixteen pairs at once go through corners as many. Spheres, capsules and boxes have one hull each, whose corners
+// are the same number in all lanes; others have theirs loaded, and the lanes of lesser hulls wait.
 //
 // The contract stands in common/rigid/narrow_phase.h, formulas in common/rigid/corners.h.
 #include <algorithm>
@@ -29,8 +29,8 @@ LOCKSTEP_INLINE Pose<floatv> load_planes(std::span<const Pose<Real>> pose, const
   return {{p.x, p.y, p.z}, {q.x, q.y, q.z, q.w}, 0.f};
 }
 
-// Vertices of the hulls of sixteen shapes of a kind. A lane beyond its last corner meets that corner again, which is never better than
-// itself.
+// Vertices of the hulls of sixteen shapes of a kind. A lane beyond its last corner meets that corner again, which is
+// never better than itself.
 template <Kind kind>
 struct VertexLanes {
   const Quad<Real>* vertex;  // of the hull that all have, if they do

@@ -1,14 +1,17 @@
 // Box against box: separating axes, then contact points.
 //
-// Two boxes are apart if and only if they are apart along one of fifteen axes: the three that the faces of either are across, and the nine
-// that are across an edge of each. Most pairs that are apart show it along the first few, so every test may be the last ([LRB08] Figure
-// 10a). Where they overlap, the axis of least overlap is the way to push them apart.
+// Two boxes are apart if and only if they are apart along one of fifteen axes: the three that the faces of either are
+// across, and the nine that are across an edge of each. Most pairs that are apart show it along the first few, so every
+// test may be the last ([LRB08] Figure 10a). Where they overlap, the axis of least overlap is the way to push them
+// apart.
 //
-// If a face gave the axis (the reference face), the face of the other box that looks towards it most (the incident face) is clipped against
-// it. Of the points that both have four are kept, the deepest first, then those that support the most area.
+// If a face gave the axis (the reference face), the face of the other box that is most nearly opposite to it (the
+// incident face) is clipped against it. Of the points that both have four are kept, the deepest first, then those that
+// support the most area.
 //
-// If two edges gave the axis, they touch in one point. But where they belong to faces nearly flush, as in a stack, those faces are clipped
-// along the edges' normal, so that contacts do not come and go as one axis or the other wins by a hair.
+// If two edges gave the axis, they touch in one point. But where they belong to faces nearly flush, as in a stack,
+// those faces are clipped along the edges' normal, so that contacts do not appear and disappear where two axes are
+// nearly equal and rounding decides between them.
 //
 // Source: [LRB08] "Collision Detection", Figure 10; Gottschalk, Lin and Manocha, SIGGRAPH 1996 (axes); Ericson, Real-Time Collision
 //         Detection (2005), 4.4.1 and 5.1.9; Liang and Barsky, ACM Trans. Graphics 3 (1984) (clipping). The contract stands in

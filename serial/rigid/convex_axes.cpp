@@ -1,18 +1,20 @@
 // Convex against convex: along which axis two cores are farthest apart, or overlap least.
 //
-// The distance of two cores comes from GJK. Where they overlap, or all but touch, the normal is the axis along which they overlap least:
-// one of the normals of a's faces, of b's, or a cross product of two edges, for these are the normals of the faces of the difference of two
-// polytopes. Trying all is exact and knows no degenerate cases, where polytopes that are expanded towards the difference (EPA) have flat
-// and needle-like faces to trip over; but of edges alone there would be thousands of pairs.
+// The distance of two cores comes from GJK. Where they overlap, or nearly touch, the normal is the axis along which
+// they overlap least: one of the normals of a's faces, of b's, or a cross product of two edges, for these are the
+// normals of the faces of the difference of two polytopes. Trying all is exact and knows no degenerate cases, where
+// polytopes that are expanded towards the difference (EPA) fail on flat and needle-like faces. But the edges alone
+// would give thousands of pairs.
 //
-// One point that both cores have, which GJK knows, makes it cheap. If an axis separates the cores by s <= 0, no point of b, so not the
-// common point either, is lower than s above where a ends. So a face can be discarded if the common point lies deeper below it than the
-// best depth found so far; an edge, if both its faces are discarded, since the point is as deep along any axis between their normals. Of
-// millimetres of overlap a handful of faces and edges is left. The bounds hold for any point of the core. How many axes are left depends on
-// the point; the result does not.
+// One point that both cores have, which GJK knows, makes it cheap. If an axis separates the cores by s <= 0, no point
+// of b, so not the common point either, is lower than s above where a ends. So a face can be discarded if the common
+// point lies deeper below it than the best depth found so far; an edge, if both its faces are discarded, since the
+// point is as deep along any axis between their normals. Of millimetres of overlap a handful of faces and edges is
+// left. The bounds hold for any point of the core. How many axes are left depends on the point; the result does not.
 //
-// The faces are tried as cutting planes are. The one with the highest bound is measured, by the vertex of the other core that is deepest
-// below it. That vertex bounds all other faces, too. This ends when no bound is higher than what was measured.
+// The faces are tried as cutting planes are. The one with the highest bound is measured, by the vertex of the other
+// core that is deepest below it. That vertex bounds all other faces, too. This ends when no bound is higher than what
+// was measured.
 //
 // Source: separating axes of polytopes, Gottschalk, Lin and Manocha, SIGGRAPH 1996; Gregorius, The Separating Axis Test between Convex
 //         Polyhedra, GDC 2013. The bounds by a common point are ours. The contract stands in common/rigid/convex_axes.h, formulas in
@@ -57,8 +59,8 @@ Shape shape_of(const Placed<Real>& placed, int collider) {
 
 Vector3<Real> normal_of(const Shape& shape, int face) { return vector_of(shape.plane[face]); }
 
-// How high a point of the shape's frame is above a face. Of shapes with faces only the cube is scaled, and its normals are its axes: they
-// stay.
+// The height of a point of the shape's frame above a face, m. Of shapes with faces only the cube is scaled, and its
+// normals are its axes: they stay.
 Real height(const Shape& shape, int face, const Vector3<Real>& point) {
   const Quad<Real>& plane = shape.plane[face];
   return dot(vector_of(plane), point) - (shape.cube ? dot(absolute(vector_of(plane)), shape.scale) : plane.w);
@@ -75,7 +77,7 @@ int lowest(const Shape& shape, const Vector3<Real>& direction) {
   return lowest;
 }
 
-// The face that looks most along a direction of the shape's frame; the first of equals.
+// The face whose normal is nearest to a direction, in the shape's frame; the first of equals.
 Facing<Real> facing(const Shape& shape, const Vector3<Real>& direction) {
   Facing<Real> best = {-1, -infinity};
   for (int face = 0; face < shape.faces; ++face) {
@@ -141,7 +143,8 @@ struct Edges {
   std::array<CoreEdge<Real>, most_hull_edges + 1> edge;  // one beyond, which is written but not counted
 };
 
-// The edges of a shape that have a face that may separate by more than `least`, each once. A segment has one edge and no faces.
+// The edges of a shape that have a face that may separate by more than `least`, each once. A segment has one edge and
+// no faces.
 template <class Place>
 Edges edges_left(const Shape& shape, const FaceBounds& bound, Real least, const Place& place) {
   Edges edges;

@@ -1,8 +1,9 @@
 // Convex against convex: the points that hold the two apart along their axis.
 //
-// The faces of a and b that support the normal best are clipped against one another: every edge of the one (incident) is cut by the planes
-// through the sides of the other (reference), by Cyrus and Beck. Where it enters and leaves are points, and so are corners of the reference
-// face that have the incident face above. Each has a slot of its own; there are no lists. Of all points four are kept.
+// The faces of a and b that support the normal best are clipped against one another: every edge of the one (incident)
+// is cut by the planes through the sides of the other (reference), by Cyrus and Beck. Where it enters and leaves are
+// points, and so are corners of the reference face that have the incident face above. Each has a slot of its own; there
+// are no lists. Of all points four are kept.
 //
 // Source: clipping, Cyrus and Beck, Computers & Graphics 3 (1978). The contract stands in common/rigid/convex_clip.h, formulas in
 //         common/rigid/clip_faces.h.

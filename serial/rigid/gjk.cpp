@@ -1,15 +1,17 @@
 // The distance of two convex cores, by the algorithm of Gilbert, Johnson and Keerthi.
 //
-// The corners b - a, over all vertices a and b of the two cores, span their difference; its point v nearest to the origin is the shortest
-// way from a to b. Of up to three corners that v lies between, whatever is nearer is beyond the plane through v across v. So the corner
-// farthest that way, towards the origin, is found, and v moves to the nearest point between it and the three; at most three of the four
-// are needed for that, unless they enclose the origin: then the cores overlap. Where no corner is farther, v is the answer.
+// The corners b - a, over all vertices a and b of the two cores, span their difference; its point v nearest to the
+// origin is the shortest way from a to b. Of up to three corners that v lies between, whatever is nearer is beyond the
+// plane through v across v. So the corner farthest that way, towards the origin, is found, and v moves to the nearest
+// point between it and the three; at most three of the four are needed for that, unless they enclose the origin: then
+// the cores overlap. Where no corner is farther, v is the answer.
 //
-// Which point is nearest is not decided by signs that tell the regions of space around a simplex apart (Johnson; Ericson): near a flat or
-// needle-like one rounding makes them contradict each other. All edges and faces at the newest corner, at most six, put forward the
-// nearest point of their own, and the least far from the origin wins. Rounding may make it a poor choice but never one that is not of the
-// difference: the distance is never too small. The edges and faces between older corners need no look: v was the nearest there, and the
-// newest corner is beyond it. Where to look next is the normal of the edge or face that won: the point itself, where it is near the
+// Which point is nearest is not decided by signs that tell the regions of space around a simplex apart (Johnson;
+// Ericson): near a flat or needle-like one rounding makes them contradict each other. All edges and faces at the newest
+// corner, at most six, put forward the nearest point of their own, and the least far from the origin wins. Rounding may
+// make it a poor choice but never one that is not of the difference: the distance is never too small. The edges and
+// faces between older corners need no test: v was the nearest there, and the newest corner is beyond it. The next
+// direction of the support mapping is the normal of the edge or face that won: the point itself, where it is near the
 // origin, has lost its direction to rounding, and corners already known would seem to be farther.
 //
 // Source: as in the contract, common/rigid/gjk.h; the choice by value is ours.
@@ -25,12 +27,13 @@
 namespace lockstep::rigid::serial {
 namespace {
 
-// But for rounding every step comes nearer, so that no simplex comes twice: a million pairs of the test's worst kinds take up to 18. Five
-// of these have corners that are in one plane but for rounding, and go round in circles: every turn is as good an answer.
+// But for rounding every step comes nearer, so that no simplex comes twice: a million pairs of the test's worst kinds
+// take up to 18. Five of these have corners that are in one plane but for rounding, and go round in circles: every turn
+// is as good an answer.
 constexpr int most_iterations = 32;
 constexpr Real epsilon = std::numeric_limits<Real>::epsilon();
 
-// What the formulas are about: one pair.
+// The formulas' types, for one pair.
 using Number = Real;
 using Index = int;
 using Vector = Vector3<Number>;
@@ -81,8 +84,8 @@ Vector between_centres(const Placed<Real>& placed, const Pair& pair, const Cores
   return vertex_of_b(cores, centre(pair.b)) - vertex_of_a(cores, centre(pair.a));
 }
 
-// The corners that the nearest point to the origin lies between, the newest first, and their weights: up to three, or four around the
-// origin.
+// The corners that the nearest point to the origin lies between, the newest first, and their weights: up to three, or
+// four around the origin.
 struct State {
   int count;
   Corner corner[4];
@@ -91,13 +94,13 @@ struct State {
   Number distance_2;  // 0 where the cores overlap
 };
 
-// What becomes of the others when a corner is new: j and k stay, or if the count is 4 all.
+// Which of the other corners stay when a new corner comes: j and k, or all if the count is 4.
 struct Choice {
   int count, j, k;
   Number r, s, t;  // weights of the corners after the newest
   Vector nearest;
   Number distance_2;
-  Number longest_2;  // of the edges from the newest corner that were looked at
+  Number longest_2;  // of the edges from the newest corner that were tried
 };
 
 // The nearest point on the edges and faces from `newest` to the other corners, of which there are up to three.
@@ -130,7 +133,8 @@ Choice nearest(const Corner& newest, const Corner* others, int count) {
     }
   }
 
-  // A point newest + s e + t f carries rounding of an epsilon or two of its longest term. What is nearer than that is at the origin.
+  // A point newest + s e + t f carries rounding of an epsilon or two of its longest term. What is nearer than that is
+  // at the origin.
   const Number normal_2 = dot(best.normal, best.normal);
   const bool away = best.distance_2 > 16 * epsilon * epsilon * longest_2 && normal_2 > 0;
   const Vector v = (dot(p, best.normal) / normal_2) * best.normal, zero = {0, 0, 0};
@@ -151,15 +155,16 @@ void take(const Corner& newest, const Choice& choice, State& state) {
   state.distance_2 = choice.distance_2;
 }
 
-// Whether a corner is one of those that there are.
+// Whether the simplex has this corner already.
 bool is_known(const Corner& corner, const State& state) {
   bool known = false;
   for (int k = 0; k < state.count; ++k) known |= corner.a == state.corner[k].a && corner.b == state.corner[k].b;
   return known;
 }
 
-// Where the walk begins: from the corners of the last simplex, where they are now. Without any, the first is looked for along the line
-// between the centres, which counts as an iteration.
+// The first simplex: a warm start takes the corners of the last step's simplex, at their new positions. Without any (a
+// cold start), the support mapping along the line between the centres gives the first one, which counts as an
+// iteration.
 State start(const Problem& problem, const Vector& from_centre_to_centre, const Simplex& known, Index& iterations) {
   const auto corner = [&](int k) { return problem.corner(known.a[k], known.b[k]); };
   iterations = known.count == 0;
@@ -170,17 +175,19 @@ State start(const Problem& problem, const Vector& from_centre_to_centre, const S
   return state;
 }
 
-// Goes on until no corner is nearer.
+// Iterates until no corner is nearer.
 void walk(const Problem& problem, State& state, Index& iterations) {
   while (state.distance_2 > 0 && iterations < most_iterations) {
     ++iterations;
     const Corner newest = problem.farthest(state.nearest);
-    // Beyond the corners that there are by more than rounding makes of a step across: some epsilon of its length.
+    // Ends unless the new corner is beyond the simplex by more than the rounding of a step across: some epsilon of its
+    // length.
     const Vector&v = state.nearest, step = state.corner[0].position - newest.position;
     const Number beyond = dot(v, step);
     if (!(beyond > 0 && beyond * beyond > 4 * epsilon * epsilon * (dot(v, v) * dot(step, step)))) break;
-    // New, and not farther by more than rounding makes of a point: some epsilon of its terms. Where the walk cannot come nearer although
-    // there are corners beyond, it stands at the origin or, as around a needle, a little away from it: the cores overlap.
+    // The corner must be new, and the point not farther by more than its rounding: some epsilon of its terms. Where GJK
+    // cannot come nearer although there are corners beyond, its point is at the origin or, as around a needle, a little
+    // away from it: the cores overlap.
     const Choice next = nearest(newest, state.corner, state.count);
     const Number farther = next.distance_2 - state.distance_2;
     if (is_known(newest, state) ||
@@ -192,7 +199,7 @@ void walk(const Problem& problem, State& state, Index& iterations) {
   }
 }
 
-// What the walk has found; and its simplex.
+// The result of the iterations, and the simplex for the next step's warm start.
 Closest<Real> finish(const Problem& problem, const State& state, Index iterations, Simplex& known) {
   const Cores<Number>& cores = problem.cores;
   Vector on_a = {0, 0, 0};

@@ -1,11 +1,12 @@
-// The narrow phase: every pair to the kernel for its kinds, and what touches back in the order of the pairs.
+// The narrow phase: gives every pair to the kernel for its kinds, and collects the manifolds in the order of the pairs.
 //
-// Pairs are counted and sorted into bins by kinds, stable, so that a kernel has its pairs side by side and like ones together: formulas
-// do not alternate, and in lanes sixteen pairs take the same one ([LRB08] Figure 10 is what happens where they do not). A pair remembers
-// where its manifold will be; at the end those that have points are collected in the order of the pairs.
+// A stable counting sort puts pairs into bins by kinds, so that a kernel has its pairs side by side, and pairs with the
+// same formula together: sixteen pairs in lanes take the same one ([LRB08] Figure 10 shows the cost where they do not).
+// Each pair keeps the place of its manifold; at the end the manifolds that have points are collected in the order of
+// the pairs.
 //
-// Convexes start from the simplex where GJK ended in the last step. Both steps' pairs are in order, so that they are matched like two
-// sorted lists are merged; a pair that is new starts from nothing.
+// Warm start: GJK starts a pair from its last step's simplex. The pairs of both steps are sorted, and matched as in a
+// merge; a new pair starts cold.
 //
 // The contract stands in common/rigid/narrow_phase.h.
 #include "common/rigid/narrow_phase.h"

@@ -1,8 +1,8 @@
-// Planes against everything: they have no bounds, so no other broad phase sees them.
+// Planes against everything: they are unbounded, so the other broad phases do not pair them.
 //
-// A box reaches below a plane if its lowest corner does, the one that each of the normal's signs points away from. There are few planes, so
-// every box is tested against each; a collider has all its pairs made when it is the smaller number of the two, which is the order asked
-// for.
+// A box reaches below a plane if its lowest corner does; the signs of the normal say which corner that is. There are
+// few planes, so every box is tested against each plane. The pairs of a collider are made together, where it is the
+// smaller of the two numbers: this gives the order of the contract.
 //
 // Source: Ericson, Real-Time Collision Detection (2005), 5.2.3. The contract stands in common/rigid/broad_phase.h.
 #include "common/math.h"
@@ -37,7 +37,8 @@ void plane_pairs(const Colliders<Real>& colliders, std::span<const Pose<Real>> p
   pairs.clear();
   int begin = 0;
   for (std::size_t p = 0; p <= planes.size(); ++p) {
-    // Colliders before the next plane, each with all planes from there on; then that plane with all colliders after it.
+    // Colliders before the next plane, each with that plane and all later ones; then that plane with all later
+    // colliders.
     const int end = p < planes.size() ? planes[p].collider : colliders.count;
     for (int i = begin; i < end; ++i)
       for (std::size_t q = p; q < planes.size(); ++q)

@@ -1,11 +1,13 @@
 // Plane against any convex shape: the deepest corners of its core, less the radius.
 //
-// A corner's height above the plane is linear in its place within the hull. So the plane is turned into the hull's axes, scale and all, and
-// no corner has to be turned. Of the corners within the margin, four at most hold the shape up as all of them would: the deepest;
-// the one farthest from it; the one farthest from the line through both, and the one farthest on the other side of that line. Distances
-// are measured along the plane, equals go to the lower number, and a corner that is no farther than rounding is left out.
+// A corner's height above the plane is linear in its place within the hull. So the plane is turned into the hull's
+// axes, scale and all, and no corner has to be turned. Of the corners within the margin, four at most hold the shape up
+// as all of them would: the deepest; the one farthest from it; the one farthest from the line through both, and the one
+// farthest on the other side of that line. Distances are measured along the plane, equals go to the lower number, and a
+// corner that is no farther than rounding is left out.
 //
-// A point's feature is the corner's number. The contract stands in common/rigid/narrow_phase.h, formulas in common/rigid/corners.h.
+// A point's feature is the corner's number. The contract stands in common/rigid/narrow_phase.h, formulas in
+// common/rigid/corners.h.
 #include <cstddef>
 
 #include "common/math.h"
