@@ -48,7 +48,8 @@ template <class T, class Points>
 [[gnu::always_inline]] inline auto find_others(const Points& points, const Kept<T, typename Points::Point>& deepest) {
   const Kept<T, typename Points::Point> none_yet = {all_false<T>(), {}};
   Four<T, typename Points::Point> four = {deepest, none_yet, none_yet, none_yet, T(0), T(0)};
-  auto& [unused, farthest, left, right, most_left, most_right] = four;
+  auto &farthest = four.farthest, &left = four.left, &right = four.right;
+  T &most_left = four.most_left, &most_right = four.most_right;
 
   T most = points.least_distance_2();
   points.each([&](const auto& p, const Truth<T>& valid) __attribute__((always_inline)) {

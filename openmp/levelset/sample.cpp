@@ -18,18 +18,18 @@ void sample(const Field<Real>& field, int count, const Vectors<Real>& position, 
   // Every value is written by one thread, from what none writes.
 #pragma omp parallel for schedule(static)
   for (int i = 0; i < count; i += lanes) {
-    const auto [x, x_fraction] = between<Index>(load(&position.x[i]) * per_metre, field.nx);
-    const auto [y, y_fraction] = between<Index>(load(&position.y[i]) * per_metre, field.ny);
-    const auto [z, z_fraction] = between<Index>(load(&position.z[i]) * per_metre, field.nz);
-    const Index corner = (z * field.ny + y) * field.pitch + x;
+    const auto x = between<Index>(load(&position.x[i]) * per_metre, field.nx);
+    const auto y = between<Index>(load(&position.y[i]) * per_metre, field.ny);
+    const auto z = between<Index>(load(&position.z[i]) * per_metre, field.nz);
+    const Index corner = (z.first * field.ny + y.first) * field.pitch + x.first;
 
     const auto along_x = [&](int dy, int dz) {
       const auto [first, second] = gather_pairs(&field.value[field.index(0, dy, dz)], corner);
-      return interpolate(first, second, x_fraction);
+      return interpolate(first, second, x.fraction);
     };
-    const floatv near = interpolate(along_x(0, 0), along_x(1, 0), y_fraction);
-    const floatv far = interpolate(along_x(0, 1), along_x(1, 1), y_fraction);
-    store(&value[i], interpolate(near, far, z_fraction), first_lanes(count - i));
+    const floatv near = interpolate(along_x(0, 0), along_x(1, 0), y.fraction);
+    const floatv far = interpolate(along_x(0, 1), along_x(1, 1), y.fraction);
+    store(&value[i], interpolate(near, far, z.fraction), first_lanes(count - i));
   }
 }
 
