@@ -87,5 +87,17 @@ TEST(House, NoReductionInOpenmp) {
       EXPECT_FALSE(std::regex_search(line, std::regex("reduction\\s*\\(\\s*[+*-]"))) << path << ": " << line;
 }
 
+// What a reader can take in at one sitting. A file that is longer says why in its first lines.
+TEST(House, FilesAreShort) {
+  constexpr std::size_t most_lines = 350;
+  for (const std::string folder : {"common", "serial", "openmp", "verify", "tests"})
+    for (const fs::path& path : sources_below(folder)) {
+      const std::vector<std::string> lines = lines_of(path);
+      const auto says_why = [](const std::string& line) { return line.starts_with("// One file, because "); };
+      EXPECT_TRUE(lines.size() <= most_lines || std::any_of(lines.begin(), lines.begin() + 30, says_why))
+          << path << " has " << lines.size() << " lines";
+    }
+}
+
 }  // namespace
 }  // namespace lockstep

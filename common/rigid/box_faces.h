@@ -162,7 +162,7 @@ template <class T>
     const T x = T(sign_p[k]) * faces.half_x, y = T(sign_q[k]) * faces.half_y;
     const T from_x = x - middle.x, from_y = y - middle.y;
     const T s = from_x * q.y - from_y * q.x, t = p.x * from_y - p.y * from_x;
-    const Truth<T> within = (abs(s) < most_s) & (abs(t) < most_t);
+    const Truth<T> within_s = abs(s) < most_s, within_t = abs(t) < most_t, within = within_s & within_t;
     points.set(8 + k, within, x, y, middle.z + (s * p.z + t * q.z) * per_area);
     found = found | within;
   }

@@ -167,7 +167,8 @@ inline void finish_points(const Vector3<T>& middle, const T& separation, const T
     deepest = select(points.valid[k], min(points.separation[k], deepest), deepest);
     points.valid[k] = points.valid[k] & (points.separation[k] - radii <= margin);
   }
-  points.add((separation - radii <= margin) & (deepest > separation + T(4) * slack), middle, separation, slot_of_closest);
+  const Truth<T> near = separation - radii <= margin, deeper = deepest > separation + T(4) * slack;
+  points.add(near & deeper, middle, separation, slot_of_closest);
 }
 
 }  // namespace lockstep::rigid
