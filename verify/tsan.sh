@@ -58,13 +58,14 @@ clean() {
 }
 
 row kernel form scene threads expected seen seconds ""
-# Lines of kernel, form and scenes, separated by |. Forms that run another form's code are left out.
-forms=$($build/lockstep list --json | /usr/bin/python3 -c '
+# Lines of kernel, form and scenes, separated by |, without Archer, which would print among them. Forms that run another
+# form's code are left out.
+forms=$(OMP_TOOL=disabled $build/lockstep list --json | /usr/bin/python3 -c '
 import json, sys
 for row in json.load(sys.stdin)["rows"]:
     if not row["covered_by"]:
         print(row["kernel"], row["form"], " ".join(row["tsan_scenes"]), sep="|")')
-cp scenes/*/*.obj $build/
+cp scenes/*/*.{obj,mtx} $build/  # what scenes name beside them
 
 while IFS="|" read -r kernel form scenes; do
   [ "$kernel" = "${1:-$kernel}" ] || continue
