@@ -1,7 +1,6 @@
 // The rows and benchmarks of the tree of boxes, which is built, fitted and descended: bitwise with the serial twins.
 #include "common/rigid/broad_phase.h"
-#include "verify/rigid/inputs.h"
-#include "verify/twin.h"
+#include "verify/rigid/found_pairs.h"
 
 namespace lockstep::verify {
 namespace {
@@ -49,30 +48,14 @@ Case refit_case(const std::string& path) {
   return tree_case(path, std::move(start), serial::bvh_refit, openmp::bvh_refit);
 }
 
-struct Found {
-  Pairs pairs;
-};
-template <Same<Found> S, class F>
-void for_each_array(S& s, const F& f) {
-  f("pairs", s.pairs, s.pairs.size());
-}
-
-Case pairs_case(const std::string& path) {
+Case tree_pairs_case(const std::string& path) {
   const auto in = inputs(path);
   const auto tree = std::make_shared<Tree<float>>();
   serial::bvh_build(in->now.bounds, *tree);
-  const auto with = [in, tree](BvhPairs<float>* find) {
-    return [in, tree, find](Found& s) { find(*tree, in->now.bounds, in->group(), s.pairs); };
+  const auto with = [&](BvhPairs<float>* find) {
+    return [in, tree, find](Pairs& pairs) { find(*tree, in->now.bounds, in->group(), pairs); };
   };
-  const double n = in->now.bounds.count, found = static_cast<double>(in->now.bounded.size());
-  return make_case<Found>({
-      .start = std::make_shared<const Found>(Found{{{0, 0}}}),  // which must be emptied first
-      .serial = with(serial::bvh_pairs),
-      .best_serial = nullptr,
-      .openmp = with(openmp::bvh_pairs),
-      .compare = nullptr,
-      .work = {n, "boxes", n * bytes_of_box + found * sizeof(Pair), found * 6},
-  });
+  return pairs_case(*in, with(serial::bvh_pairs), with(openmp::bvh_pairs));
 }
 
 const Register bvh{{.name = "rigid/bvh",
@@ -80,7 +63,7 @@ const Register bvh{{.name = "rigid/bvh",
                     .serial_forms = {"build", "refit", "pairs"},
                     .forms = {{.name = "build", .make = build_case, .scenes = scenes_of_all(of_many_bodies)},
                               {.name = "refit", .make = refit_case, .scenes = scenes_of_all(of_many_bodies)},
-                              {.name = "pairs", .make = pairs_case, .scenes = scenes_of_all(of_many_bodies)}}}};
+                              {.name = "pairs", .make = tree_pairs_case, .scenes = scenes_of_all(of_many_bodies)}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

@@ -1,7 +1,6 @@
 // The rows and benchmarks of pairs with planes: bitwise with the serial twin.
 #include "common/rigid/broad_phase.h"
-#include "verify/rigid/inputs.h"
-#include "verify/twin.h"
+#include "verify/rigid/found_pairs.h"
 
 namespace lockstep::verify {
 namespace {
@@ -9,28 +8,12 @@ namespace {
 using namespace rigid;
 using namespace rigid_inputs;
 
-struct Found {
-  Pairs pairs;
-};
-template <Same<Found> S, class F>
-void for_each_array(S& s, const F& f) {
-  f("pairs", s.pairs, s.pairs.size());
-}
-
 Case plane_pairs_case(const std::string& path) {
   const auto in = inputs(path);
-  const auto with = [in](PlanePairs<float>* find) {
-    return [in, find](Found& s) { find(in->world.colliders, in->placed().pose, in->now.bounds, s.pairs); };
+  const auto with = [&](PlanePairs<float>* find) {
+    return [in, find](Pairs& pairs) { find(in->world.colliders, in->placed().pose, in->now.bounds, pairs); };
   };
-  const double n = in->now.bounds.count, found = static_cast<double>(in->now.bounded.size());
-  return make_case<Found>({
-      .start = std::make_shared<const Found>(Found{{{0, 0}}}),  // which must be emptied first
-      .serial = with(serial::plane_pairs),
-      .best_serial = nullptr,
-      .openmp = with(openmp::plane_pairs),
-      .compare = nullptr,
-      .work = {n, "boxes", n * bytes_of_box + found * sizeof(Pair), found * 6},
-  });
+  return pairs_case(*in, with(serial::plane_pairs), with(openmp::plane_pairs));
 }
 
 const Register plane_pairs{{.name = "rigid/plane_pairs",
