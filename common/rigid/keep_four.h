@@ -34,8 +34,8 @@ template <class T, class Points>
     const Truth<T> better = valid & (p.separation < least - points.deeper_by());
     where(better, least) = p.separation;
     take(better, p, deepest.point);
-    deepest.there = deepest.there | better;
   });
+  deepest.there = least < std::numeric_limits<float>::infinity();
   return deepest;
 }
 
@@ -57,20 +57,21 @@ template <class T, class Points>
     const Truth<T> better = deepest.there & valid & (distance_2 > most);
     where(better, most) = distance_2;
     take(better, p, farthest.point);
-    farthest.there = farthest.there | better;
   });
+  farthest.there = most > points.least_distance_2();
   if (none(farthest.there)) return four;
 
   const auto side = points.side(deepest.point, farthest.point);
-  most_left = most_right = points.least_side(most);
+  const T least_side = points.least_side(most);
+  most_left = most_right = least_side;
   points.each([&](const auto& p, const Truth<T>& valid) __attribute__((always_inline)) {
     const T area = side(p);
     const Truth<T> usable = farthest.there & valid;
     const Truth<T> is_left = usable & (area > most_left), is_right = usable & (-area > most_right);
     where(is_left, most_left) = area, where(is_right, most_right) = -area;
     take(is_left, p, left.point), take(is_right, p, right.point);
-    left.there = left.there | is_left, right.there = right.there | is_right;
   });
+  left.there = most_left > least_side, right.there = most_right > least_side;
   return four;
 }
 
