@@ -10,9 +10,9 @@ namespace lockstep {
 
 inline constexpr std::size_t array_alignment = 64;  // one cache line, one AVX-512 vector
 
-// The system places large blocks at page boundaries. If twenty arrays of particles all began there, their elements of one index would
-// compete for the same few sets of the first-level cache (rebuild_grid took 28 % of a frame of 100K particles; it takes 6 %). So each
-// block begins some cache lines further into its page than the block before.
+// The system places large blocks at page boundaries. If twenty arrays of particles all began there, their elements of
+// one index would compete for the same few sets of the first-level cache (rebuild_grid took 28 % of a frame of 100K
+// particles; it takes 6 %). So each block begins some cache lines further into its page than the block before.
 template <class T>
 struct AlignedAllocator {
   using value_type = T;
@@ -23,12 +23,15 @@ struct AlignedAllocator {
   T* allocate(std::size_t n) {
     static std::atomic<std::size_t> blocks = 0;
     const std::size_t lines_in = 1 + 3 * blocks++ % 61;
-    char* block = static_cast<char*>(::operator new (lines_in* array_alignment + n * sizeof(T), std::align_val_t{array_alignment}));
+    char* block = static_cast<char*>(
+        ::operator new (lines_in* array_alignment + n * sizeof(T), std::align_val_t{array_alignment}));
     void** array = reinterpret_cast<void**>(block + lines_in * array_alignment);
     array[-1] = block;  // for deallocate
     return reinterpret_cast<T*>(array);
   }
-  void deallocate(T* array, std::size_t) { ::operator delete (reinterpret_cast<void**>(array)[-1], std::align_val_t{array_alignment}); }
+  void deallocate(T* array, std::size_t) {
+    ::operator delete (reinterpret_cast<void**>(array)[-1], std::align_val_t{array_alignment});
+  }
   bool operator==(const AlignedAllocator&) const = default;
 };
 

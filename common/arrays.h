@@ -9,8 +9,8 @@
 //   }
 //
 // An array is an Array or std::vector of numbers or records, or Vectors. Its first `count` elements hold something; the
-// rest is padding. Beside each record stands for_each_field(record, f), which calls f(name, value) for each number in it
-// that means something: fields that are not there, such as the points beyond a manifold's count, are left out.
+// rest is padding. Beside each record stands for_each_field(record, f), which calls f(name, value) for each number in
+// it that means something: fields that are not there, such as the points beyond a manifold's count, are left out.
 //
 // From the list follow, in common/: conversion to another precision, and bytes; in verify/arrays.h: hash, comparison by
 // name, poison, resume and finiteness.
@@ -60,7 +60,8 @@ struct Rebound<std::vector<T>, To> {
   using type = std::vector<typename Rebound<T, To>::type>;
 };
 template <class T, class To>
-using Rebind = typename std::conditional_t<std::is_same_v<To, SamePrecision>, std::type_identity<T>, Rebound<T, To>>::type;
+using Rebind =
+    typename std::conditional_t<std::is_same_v<To, SamePrecision>, std::type_identity<T>, Rebound<T, To>>::type;
 }  // namespace arrays_detail
 
 // Is<Particles> P: P is Particles<float>, const Particles<double>, ...
@@ -74,10 +75,8 @@ concept Same = std::is_same_v<std::remove_const_t<T>, U>;
 // --- Fields of an element: f(field, value), where the field of a plain number is "".
 
 template <class T, class F>
-  requires std::is_arithmetic_v<T>
-void for_each_field(T& x, const F& f) {
-  f("", x);
-}
+requires std::is_arithmetic_v<T>
+void for_each_field(T& x, const F& f) { f("", x); }
 
 template <Is<Vector3> V, class F>
 void for_each_field(V& v, const F& f) {
@@ -95,8 +94,8 @@ void for_each_value(A& array, std::size_t i, const F& f) {
 
 // --- Two states at a time
 
-// Calls f(name, of_a, count_a, of_b, count_b) for each array of two states whose types differ in precision at the most: b is
-// of precision To, or, with SamePrecision, of a's type.
+// Calls f(name, of_a, count_a, of_b, count_b) for each array of two states whose types differ in precision at the most:
+// b is of precision To, or, with SamePrecision, of a's type.
 template <class To, class A, class B, class F>
 void for_each_array_of_both(A& a, B& b, const F& f) {
   struct Listed {
@@ -126,7 +125,8 @@ To convert_element(const From& from) {
     std::vector<double> values;  // every number, of whatever type, is a double exactly
     for_each_field(from, [&](const char*, auto x) { values.push_back(x); });
     std::size_t k = 0;
-    for_each_field(to, [&](const char*, auto& x) { x = static_cast<std::remove_reference_t<decltype(x)>>(values[k++]); });
+    for_each_field(to,
+                   [&](const char*, auto& x) { x = static_cast<std::remove_reference_t<decltype(x)>>(values[k++]); });
     return to;
   }
 }
@@ -142,12 +142,13 @@ void convert_array(const Vectors<T>& from, Vectors<U>& to) {
 }
 }  // namespace arrays_detail
 
-// Copies every array, padding included, into a state of precision To. Widening is exact. What is not an array is left alone.
-// Records must list the same fields whatever they hold.
+// Copies every array, padding included, into a state of precision To. Widening is exact. What is not an array is left
+// alone. Records must list the same fields whatever they hold.
 template <class To, class A, class B>
 void convert_arrays(const A& from, B& to) {
-  for_each_array_of_both<To>(
-      from, to, [](const char*, const auto& a, std::size_t, auto& b, std::size_t) { arrays_detail::convert_array(a, b); });
+  for_each_array_of_both<To>(from, to, [](const char*, const auto& a, std::size_t, auto& b, std::size_t) {
+    arrays_detail::convert_array(a, b);
+  });
 }
 
 namespace arrays_detail {
@@ -164,7 +165,8 @@ double bytes_of_array(const A& array) {
 template <class S>
 double bytes_of(const S& state) {
   double bytes = 0;
-  for_each_array(state, [&](const char*, const auto& array, std::size_t) { bytes += arrays_detail::bytes_of_array(array); });
+  for_each_array(state,
+                 [&](const char*, const auto& array, std::size_t) { bytes += arrays_detail::bytes_of_array(array); });
   return bytes;
 }
 

@@ -1,5 +1,5 @@
-// Numbers in another precision. Widening float to double is exact: the double run then solves the very problem that the float run
-// solves, and the difference is the float run's rounding.
+// Numbers in another precision. Widening float to double is exact: the double run then solves the very problem that the
+// float run solves, and the difference is the float run's rounding.
 #pragma once
 
 #include "common/array.h"

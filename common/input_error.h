@@ -5,8 +5,8 @@
 
 namespace lockstep {
 
-// what() is one line for the user, without a full stop: where, then what was expected or what went wrong. The program prints
-// it and exits with code 2.
+// what() is one line for the user, without a full stop: where, then what was expected or what went wrong. The program
+// prints it and exits with code 2.
 struct InputError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

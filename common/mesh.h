@@ -18,8 +18,8 @@ struct Mesh {
   std::vector<Triangle> triangles;      // of points
 };
 
-// Throws InputError, in one line that begins with `where`, unless every edge is an edge of exactly two triangles: only then is there an
-// inside.
+// Throws InputError, in one line that begins with `where`, unless every edge is an edge of exactly two triangles: only
+// then is there an inside.
 void require_closed(const Mesh& mesh, const std::string& where);
 
 }  // namespace lockstep

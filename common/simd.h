@@ -50,9 +50,9 @@ intv gather(const std::int32_t* base, intv index, maskv mask);
 // Two neighbours: first = base[index], second = base[index + 1]. One access of eight bytes a lane. index < INT32_MAX.
 Halves gather_pairs(const float* base, intv index);
 
-// Sixteen whole records, one access each: lane l holds the fields of record index[l]. Records may hold integers among their floats, see
-// bits_of. Offsets have 64 bits, so every index from 0 to INT32_MAX will do. Active indices of a store differ.
-// Records of eight floats, 32-byte aligned.
+// Sixteen whole records, one access each: lane l holds the fields of record index[l]. Records may hold integers among
+// their floats, see bits_of. Offsets have 64 bits, so every index from 0 to INT32_MAX will do. Active indices of a
+// store differ. Records of eight floats, 32-byte aligned.
 Records load_records(const float* records, const std::int32_t* index);  // field[f] lane l = records[8 * index[l] + f]
 void store_records(float* records, const std::int32_t* index, const Records& r, maskv mask);  // and back where mask
 void store_records(float* records, const std::int32_t* index, const Records& r);
@@ -119,10 +119,10 @@ std::uint32_t bits(maskv mask);  // bit l is lane l; bits 16 and up are 0
 bool any(maskv mask);
 bool all(maskv mask);
 bool none(maskv mask);
-int count(maskv mask);                          // how many lanes are active
-intv lane_index();                              // 0, 1, ... 15
-maskv lanes_of(std::uint32_t bits);             // the inverse of bits()
-maskv first_lanes(int n);                       // lane_index() < n: none for n <= 0, all for n >= 16; the mask of a loop's tail
+int count(maskv mask);               // how many lanes are active
+intv lane_index();                   // 0, 1, ... 15
+maskv lanes_of(std::uint32_t bits);  // the inverse of bits()
+maskv first_lanes(int n);            // lane_index() < n: none for n <= 0, all for n >= 16; the mask of a loop's tail
 floatv select(maskv mask, floatv a, floatv b);  // mask ? a : b; both are computed
 intv select(maskv mask, intv a, intv b);
 // where(mask, v) = x   changes the active lanes of v and keeps the others; also += -= *= /= &= |= ^= <<= >>=
@@ -139,9 +139,9 @@ floatv shift_up(floatv v, float first);   // first, v0, ... v14
 floatv shift_down(floatv v, float last);  // v1, ... v15, last
 void transpose(floatv (&row)[lanes]);     // row[i] lane j and row[j] lane i change places
 
-// Partners in a row of 32 floats, a and then b, cut into blocks of 2 G, where G is 1 or 2: `first` gets the first G of every
-// block, `second` the last G, partners (G apart in the row) in the same lane. Which block goes to which lanes is left to the back end, so
-// that each is one shuffle; join puts all back in order.
+// Partners in a row of 32 floats, a and then b, cut into blocks of 2 G, where G is 1 or 2: `first` gets the first G of
+// every block, `second` the last G, partners (G apart in the row) in the same lane. Which block goes to which lanes is
+// left to the back end, so that each is one shuffle; join puts all back in order.
 template <int G>
 Halves split(floatv a, floatv b);
 template <int G>

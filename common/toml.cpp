@@ -17,8 +17,8 @@ constexpr double bytes_per_byte = 150;
 
 constexpr int most_dots = 15;  // of a key: nested tables are destroyed recursively, and too many exhaust the stack
 
-// The file in ASCII. toml++ 3.3 has undefined behaviour where it looks for spaces among letters beyond ASCII. So such letters
-// become question marks in comments and are refused elsewhere.
+// The file in ASCII. toml++ 3.3 has undefined behaviour where it looks for spaces among letters beyond ASCII. So such
+// letters become question marks in comments and are refused elsewhere.
 std::string read_ascii(const std::string& path) {
   std::ifstream in = open_input(path);
   require_memory(bytes_per_byte * static_cast<double>(std::filesystem::file_size(path)), path + ": reading it");
@@ -31,7 +31,9 @@ std::string read_ascii(const std::string& path) {
   int dots = 0;  // since the last place where a key or a number may begin
   bool in_comment = false;
   std::string_view quote;  // that opened the text around this character; empty outside of text
-  const auto is_at = [&](std::size_t i, std::string_view word) { return std::string_view(toml).substr(i).starts_with(word); };
+  const auto is_at = [&](std::size_t i, std::string_view word) {
+    return std::string_view(toml).substr(i).starts_with(word);
+  };
   const auto refuse_at = [&](std::size_t i, const std::string& message) {
     throw InputError(path + ':' + std::to_string(line) + ':' + std::to_string(i - line_begin + 1) + ": " + message);
   };
@@ -46,7 +48,8 @@ std::string read_ascii(const std::string& path) {
       continue;
     } else if (quote.empty()) {
       in_comment = toml[i] == '#';
-      if (toml[i] == '.' && ++dots > most_dots) refuse_at(i, "a key of more than " + std::to_string(most_dots + 1) + " parts");
+      if (toml[i] == '.' && ++dots > most_dots)
+        refuse_at(i, "a key of more than " + std::to_string(most_dots + 1) + " parts");
       if (std::string_view("=,[]{}").find(toml[i]) != std::string_view::npos) dots = 0;
       for (const std::string_view begin : {"\"\"\"", "'''", "\"", "'"})
         if (quote.empty() && is_at(i, begin)) quote = begin;
@@ -78,7 +81,9 @@ std::string position(const toml::source_region& source) {
   return *source.path + ':' + std::to_string(source.begin.line) + ':' + std::to_string(source.begin.column);
 }
 
-void refuse(const toml::source_region& source, const std::string& message) { throw InputError(position(source) + ": " + message); }
+void refuse(const toml::source_region& source, const std::string& message) {
+  throw InputError(position(source) + ": " + message);
+}
 
 void refuse_value(const toml::node& value, std::string_view key, std::string_view expected) {
   refuse(value.source(), std::string(key) + ": expected " + std::string(expected));
@@ -109,7 +114,8 @@ std::optional<std::int64_t> whole(const toml::table& table, std::string_view key
   const toml::node* value = table.get(key);
   if (!value) return std::nullopt;
   const std::optional<std::int64_t> x = value->value_exact<std::int64_t>();
-  if (!x || *x < min || *x > max) refuse_value(*value, key, "a whole number from " + std::to_string(min) + " to " + std::to_string(max));
+  if (!x || *x < min || *x > max)
+    refuse_value(*value, key, "a whole number from " + std::to_string(min) + " to " + std::to_string(max));
   return x;
 }
 

@@ -1,9 +1,9 @@
 // Scenes in TOML, with every mistake reported where it stands: `file:line:column: what was expected`.
 #pragma once
 
-// Without this, toml++ 3.3 ends the program by an assertion where a key or a value begins with a character that it may not
-// begin with. The code after the assertion refuses it in words, with the place. The fuzzer has found no other assertion
-// that can fail.
+// Without this, toml++ 3.3 ends the program by an assertion where a key or a value begins with a character that it may
+// not begin with. The code after the assertion refuses it in words, with the place. The fuzzer has found no other
+// assertion that can fail.
 #define TOML_ASSERT(condition) static_assert(true)
 #include <toml++/toml.h>
 
@@ -19,8 +19,8 @@
 
 namespace lockstep {
 
-// The file as a table. Throws InputError where it cannot be read, does not fit the memory, or is not TOML in ASCII (comments apart), with
-// keys of at most sixteen parts.
+// The file as a table. Throws InputError where it cannot be read, does not fit the memory, or is not TOML in ASCII
+// (comments apart), with keys of at most sixteen parts.
 toml::table parse_toml(const std::string& path);
 
 // file:line:column
@@ -34,8 +34,8 @@ std::string position(const toml::source_region& source);
 using Keys = std::initializer_list<std::string_view>;
 void check_keys(const toml::table& table, Keys required, Keys optional);
 
-// A finite number of at most 1e18, written as an integer or a float; nothing otherwise. 1e18 is far beyond any scene, and
-// its square still fits a float.
+// A finite number of at most 1e18, written as an integer or a float; nothing otherwise. 1e18 is far beyond any scene,
+// and its square still fits a float.
 std::optional<double> as_number(const toml::node& value);
 
 // The readers below give nothing where the key is absent, and refuse any value but the expected.

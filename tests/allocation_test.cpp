@@ -1,6 +1,6 @@
-// Kernels of the fluid, the cloth, the level sets and the rigid narrow phase where memory runs out: whichever allocation fails, on
-// whichever thread, the kernel throws std::bad_alloc to its caller. (An exception that leaves a parallel region ends the
-// program.)
+// Kernels of the fluid, the cloth, the level sets and the rigid narrow phase where memory runs out: whichever
+// allocation fails, on whichever thread, the kernel throws std::bad_alloc to its caller. (An exception that leaves a
+// parallel region ends the program.)
 //
 // To that end this file replaces the program's operator new, which then fails when it is told to.
 #include <gtest/gtest.h>
@@ -38,7 +38,9 @@ void* allocate(std::size_t size, std::size_t alignment) {
 }  // namespace
 
 void* operator new(std::size_t size) { return allocate(size, __STDCPP_DEFAULT_NEW_ALIGNMENT__); }
-void* operator new(std::size_t size, std::align_val_t alignment) { return allocate(size, static_cast<std::size_t>(alignment)); }
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  return allocate(size, static_cast<std::size_t>(alignment));
+}
 void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
@@ -47,7 +49,8 @@ void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std
 namespace lockstep {
 namespace {
 
-// Runs `work` on a copy of `start` with its first allocation failing, then its second, and so on until none is left to fail.
+// Runs `work` on a copy of `start` with its first allocation failing, then its second, and so on until none is left to
+// fail.
 template <class State>
 void every_allocation_may_fail(const State& start, const std::function<void(State&)>& work) {
   const int before = omp_get_max_threads();
@@ -90,9 +93,8 @@ Fluid<float> crowd() {
 
 TEST(Allocation, FailsOutsideOfTheFluidsDensitiesAndForces) {
   for (Densities<float>* densities : {openmp::densities_owner_gather, openmp::densities_pair_lists})
-    every_allocation_may_fail<Fluid<float>>(crowd(), [&](Fluid<float>& f) {
-      densities(f.model, f.grid, f.particles, f.neighbours, f.density);
-    });
+    every_allocation_may_fail<Fluid<float>>(
+        crowd(), [&](Fluid<float>& f) { densities(f.model, f.grid, f.particles, f.neighbours, f.density); });
   Fluid<float> start = crowd();
   openmp::densities_pair_lists(start.model, start.grid, start.particles, start.neighbours, start.density);
   every_allocation_may_fail<Fluid<float>>(start, [](Fluid<float>& f) {
@@ -126,15 +128,18 @@ TEST(Allocation, FailsOutsideOfInitialize) {
 }
 
 TEST(Allocation, FailsOutsideOfMarchingInBlocks) {
-  every_allocation_may_fail<Distances<float>>(started(), [](Distances<float>& d) { openmp::fast_marching_blocks(d, 3.f, 16); });
+  every_allocation_may_fail<Distances<float>>(started(),
+                                              [](Distances<float>& d) { openmp::fast_marching_blocks(d, 3.f, 16); });
 }
 
 TEST(Allocation, FailsOutsideOfSweeping) {
-  every_allocation_may_fail<Distances<float>>(started(), [](Distances<float>& d) { openmp::fast_sweeping_sweeps(d, 3.f, 1); });
+  every_allocation_may_fail<Distances<float>>(started(),
+                                              [](Distances<float>& d) { openmp::fast_sweeping_sweeps(d, 3.f, 1); });
 }
 
 TEST(Allocation, FailsOutsideOfSweepingInBlocks) {
-  every_allocation_may_fail<Distances<float>>(started(), [](Distances<float>& d) { openmp::fast_sweeping_blocks(d, 3.f, 1, 16); });
+  every_allocation_may_fail<Distances<float>>(started(),
+                                              [](Distances<float>& d) { openmp::fast_sweeping_blocks(d, 3.f, 1, 16); });
 }
 
 }  // namespace levelset_kernels
@@ -204,7 +209,8 @@ TEST(Allocation, FailsOutsideOfTheNarrowPhase) {
     NarrowPhaseState state;
     Array<Manifold<float>> manifolds;
   };
-  every_allocation_may_fail<State>({}, [&](State& s) { openmp::narrow_phase(rounded.placed(), pairs, .01f, s.state, s.manifolds); });
+  every_allocation_may_fail<State>(
+      {}, [&](State& s) { openmp::narrow_phase(rounded.placed(), pairs, .01f, s.state, s.manifolds); });
 }
 
 }  // namespace rigid_kernels

@@ -1,5 +1,5 @@
-// Batches chosen in parallel against those chosen in order, number by number, on graphs of all kinds. What first fit is, is tested in
-// tests/cloth_test.cpp.
+// Batches chosen in parallel against those chosen in order, number by number, on graphs of all kinds. What first fit
+// is, is tested in tests/cloth_test.cpp.
 #include <gtest/gtest.h>
 #include <omp.h>
 
@@ -38,7 +38,9 @@ void expect_the_same(const Graph& graph, const char* what) {
       EXPECT_EQ(found.begin, expected.begin) << what << ", " << places << ", threads " << threads;
       EXPECT_EQ(found.order, expected.order) << what << ", " << places << ", threads " << threads;
     };
-    const auto with = [&](auto place) { return openmp::make_batches_in_parallel(graph.a, graph.b, graph.movable, place); };
+    const auto with = [&](auto place) {
+      return openmp::make_batches_in_parallel(graph.a, graph.b, graph.movable, place);
+    };
     expect(with([](int) { return 0; }), "at one place");
     expect(with([](int i) { return i; }), "along the numbers");
     expect(with([&](int i) { return anywhere[i]; }), "anywhere");
@@ -54,7 +56,8 @@ TEST(ParallelBatches, OfFewConstraints) {
   std::mt19937 random(2);
   for (const int constraints : {1, 2, 15, 16, 17, 33, 100}) {
     Graph graph(2 + constraints / 2);
-    while (static_cast<int>(graph.a.size()) < constraints) graph.join(random() % graph.objects(), random() % graph.objects());
+    while (static_cast<int>(graph.a.size()) < constraints)
+      graph.join(random() % graph.objects(), random() % graph.objects());
     expect_the_same(graph, "few");
   }
 }
@@ -69,7 +72,8 @@ TEST(ParallelBatches, OfRandomGraphs) {
   }
 }
 
-// Degrees by a power law: object i is drawn with a density of i^-1/2. Some are in hundreds of constraints, most in a few.
+// Degrees by a power law: object i is drawn with a density of i^-1/2. Some are in hundreds of constraints, most in a
+// few.
 TEST(ParallelBatches, OfAPowerLaw) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> uniform(0, 1);

@@ -1,5 +1,5 @@
-// Scenes of the game cloth and frames: those of the repository load, and a scene has what its file says. Refusals are tested in
-// tests/cloth_scene_refusals_test.cpp.
+// Scenes of the game cloth and frames: those of the repository load, and a scene has what its file says. Refusals are
+// tested in tests/cloth_scene_refusals_test.cpp.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -64,10 +64,11 @@ TEST_F(ClothSceneTest, GarmentIsWhatItsScriptWrites) {
 }
 
 TEST_F(ClothSceneTest, SaysWhatItSays) {
-  const Scene scene = load(head +
-                           "frames = 7\ntime_step = 0.02\nsubsteps = 4\niterations = 0\ngravity = [1, 2.5, -3]\nwind = [4, 5, 6]\n"
-                           "drag = 1.2\ndamping = 0.5\nfriction = 0.25\n" +
-                           sheet + "bending = true\n");
+  const Scene scene =
+      load(head +
+           "frames = 7\ntime_step = 0.02\nsubsteps = 4\niterations = 0\ngravity = [1, 2.5, -3]\nwind = [4, 5, 6]\n"
+           "drag = 1.2\ndamping = 0.5\nfriction = 0.25\n" +
+           sheet + "bending = true\n");
   EXPECT_EQ(scene.name, "a");
   EXPECT_EQ(scene.path, path("a.toml"));
   EXPECT_EQ(scene.frames, 7);
@@ -107,7 +108,8 @@ TEST_F(ClothSceneTest, HasDefaults) {
   EXPECT_EQ(model.velocity_factor, 1);
   EXPECT_EQ(scene.cloth.bodies.friction, 0);
   EXPECT_EQ(scene.cloth.families.size(), 4u);
-  EXPECT_TRUE(scene.cloth.bodies.planes.empty() && scene.cloth.bodies.capsules.empty() && scene.cloth.bodies.boxes.empty());
+  EXPECT_TRUE(scene.cloth.bodies.planes.empty() && scene.cloth.bodies.capsules.empty() &&
+              scene.cloth.bodies.boxes.empty());
 }
 
 TEST_F(ClothSceneTest, PinsEdgesCornersAndParticles) {
@@ -124,7 +126,8 @@ TEST_F(ClothSceneTest, PinsEdgesCornersAndParticles) {
 }
 
 TEST_F(ClothSceneTest, PullsAnEdgeAndPinsIt) {
-  const Scene still = load(head + sheet), pulled = load(head + sheet + "pull = { edge = \"right\", by = [0.5, 0.25, -1] }\n");
+  const Scene still = load(head + sheet),
+              pulled = load(head + sheet + "pull = { edge = \"right\", by = [0.5, 0.25, -1] }\n");
   EXPECT_EQ(pinned(pulled.cloth), (std::vector<int>{4, 9, 14}));
   const int moved = pulled.cloth.sheet.index(1, 4), unmoved = pulled.cloth.sheet.index(1, 3);
   for (const Vectors<double>& points : {pulled.cloth.position, pulled.cloth.previous}) {
@@ -190,7 +193,8 @@ TEST_F(ClothSceneTest, KnowsItsKind) {
   EXPECT_EQ(error("frames = 1\nkind = \"sand\"\n").rfind("a.toml:2:8: kind: " + known, 0), 0u);
   EXPECT_EQ(error("kind = 1\n").rfind("a.toml:1:8: kind: " + known, 0), 0u);
   EXPECT_EQ(error("kind = \n").rfind("a.toml:1:", 0), 0u);
-  EXPECT_EQ(without_folder(error_of([&] { verify::domain_of_scene(path("none.toml")); })), "none.toml: cannot be read: No such file or directory");
+  EXPECT_EQ(without_folder(error_of([&] { verify::domain_of_scene(path("none.toml")); })),
+            "none.toml: cannot be read: No such file or directory");
 }
 
 TEST(ClothMemory, CountsWhatAClothAllocates) {
@@ -237,28 +241,30 @@ std::string big_endian(const auto... numbers) {
 }
 
 TEST_F(ClothSceneTest, WritesFramesForParaView) {
-  Cloth<float> cloth = convert<float>(
-      load(head + "time_step = 0.5\n[sheet]\nrows = 2\ncolumns = 2\norigin = [1, 2, 3]\nwidth = [1, 0, 0]\nheight = [0, -1, 0]\nmass = 1\n")
-          .cloth);
+  Cloth<float> cloth = convert<float>(load(head + "time_step = 0.5\n[sheet]\nrows = 2\ncolumns = 2\norigin = [1, 2, "
+                                                  "3]\nwidth = [1, 0, 0]\nheight = [0, -1, 0]\nmass = 1\n")
+                                          .cloth);
   cloth.previous.x[cloth.sheet.index(1, 0)] -= 1;
   write_vtk(path("a.vtk"), cloth);
-  EXPECT_EQ(read_bytes(path("a.vtk")), "# vtk DataFile Version 3.0\nLockstep cloth\nBINARY\nDATASET POLYDATA\nPOINTS 4 float\n" +
-                                           big_endian(1.f, 2.f, 3.f, 2.f, 2.f, 3.f, 1.f, 1.f, 3.f, 2.f, 1.f, 3.f) + "POLYGONS 2 8\n" +
-                                           big_endian(3, 0, 1, 2, 3, 3, 2, 1) + "POINT_DATA 4\nVECTORS velocity float\n" +
-                                           big_endian(0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 2.f, 0.f, 0.f, 0.f, 0.f, 0.f));
-  EXPECT_EQ(error_of([&] { write_vtk(path("none/a.vtk"), cloth); }), path("none/a.vtk") + ": cannot be written: No such file or directory");
+  EXPECT_EQ(read_bytes(path("a.vtk")),
+            "# vtk DataFile Version 3.0\nLockstep cloth\nBINARY\nDATASET POLYDATA\nPOINTS 4 float\n" +
+                big_endian(1.f, 2.f, 3.f, 2.f, 2.f, 3.f, 1.f, 1.f, 3.f, 2.f, 1.f, 3.f) + "POLYGONS 2 8\n" +
+                big_endian(3, 0, 1, 2, 3, 3, 2, 1) + "POINT_DATA 4\nVECTORS velocity float\n" +
+                big_endian(0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 2.f, 0.f, 0.f, 0.f, 0.f, 0.f));
+  EXPECT_EQ(error_of([&] { write_vtk(path("none/a.vtk"), cloth); }),
+            path("none/a.vtk") + ": cannot be written: No such file or directory");
   EXPECT_EQ(files(), 2);
 }
 
 TEST_F(ClothSceneTest, WritesARopeAsALine) {
   for (const char* size : {"rows = 1\ncolumns = 3", "rows = 3\ncolumns = 1"}) {
-    const Scene rope =
-        load(head + "[sheet]\n" + size + "\norigin = [0, 0, 0]\nwidth = [2, 0, 0]\nheight = [2, 0, 0]\nmass = 1\nbending = true\n");
+    const Scene rope = load(head + "[sheet]\n" + size +
+                            "\norigin = [0, 0, 0]\nwidth = [2, 0, 0]\nheight = [2, 0, 0]\nmass = 1\nbending = true\n");
     write_vtk(path("a.vtk"), convert<float>(rope.cloth));
-    EXPECT_EQ(read_bytes(path("a.vtk")), "# vtk DataFile Version 3.0\nLockstep cloth\nBINARY\nDATASET POLYDATA\nPOINTS 3 float\n" +
-                                             big_endian(0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 2.f, 0.f, 0.f) + "LINES 1 4\n" +
-                                             big_endian(3, 0, 1, 2) + "POINT_DATA 3\nVECTORS velocity float\n" +
-                                             big_endian(0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f));
+    EXPECT_EQ(read_bytes(path("a.vtk")),
+              "# vtk DataFile Version 3.0\nLockstep cloth\nBINARY\nDATASET POLYDATA\nPOINTS 3 float\n" +
+                  big_endian(0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 2.f, 0.f, 0.f) + "LINES 1 4\n" + big_endian(3, 0, 1, 2) +
+                  "POINT_DATA 3\nVECTORS velocity float\n" + big_endian(0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f));
   }
 }
 

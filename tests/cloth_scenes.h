@@ -13,7 +13,8 @@ namespace lockstep::cloth {
 
 struct ClothSceneTest : TemporaryFolder {
   static inline const std::string head = "kind = \"cloth\"\n";
-  static inline const std::string sheet = "[sheet]\nrows = 3\ncolumns = 5\norigin = [1, 2, 3]\nwidth = [4, 0, 0]\nheight = [0, -1, 0]\nmass = 0.3\n";
+  static inline const std::string sheet =
+      "[sheet]\nrows = 3\ncolumns = 5\norigin = [1, 2, 3]\nwidth = [4, 0, 0]\nheight = [0, -1, 0]\nmass = 0.3\n";
   static inline const std::string mesh = "[mesh]\nfile = \"a.obj\"\nmass = 0.3\n";
   // Points 1 2 3 4 of a unit square, around it.
   static inline const std::string square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";

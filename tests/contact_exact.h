@@ -53,7 +53,8 @@ VectorXd impulses_of(const Problem<Real>& p) {
   std::vector<double> all;
   for (std::size_t k = 0; k < p.manifolds.size(); ++k)
     for (int i = 0; i < p.manifolds[k].count; ++i)
-      for (const auto* row : {p.impulses[k].normal, p.impulses[k].tangent, p.impulses[k].bitangent}) all.push_back(row[i]);
+      for (const auto* row : {p.impulses[k].normal, p.impulses[k].tangent, p.impulses[k].bitangent})
+        all.push_back(row[i]);
   return Eigen::Map<VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
 }
 
@@ -70,7 +71,8 @@ inline System assemble(const SolverSettings& settings, const Problem<double>& p)
     const Eigen::Matrix3d r = Eigen::Quaterniond(q.w, q.x, q.y, q.z).toRotationMatrix();
     const Quad<double>& inverse = b.inverse_mass[i];
     s.inverse_mass.block<3, 3>(6 * i, 6 * i) = inverse.w * Eigen::Matrix3d::Identity();
-    s.inverse_mass.block<3, 3>(6 * i + 3, 6 * i + 3) = r * Eigen::Vector3d(inverse.x, inverse.y, inverse.z).asDiagonal() * r.transpose();
+    s.inverse_mass.block<3, 3>(6 * i + 3, 6 * i + 3) =
+        r * Eigen::Vector3d(inverse.x, inverse.y, inverse.z).asDiagonal() * r.transpose();
     if (inverse.w > 0) s.before.segment<3>(6 * i) += settings.time_step / settings.substeps * eigen(settings.gravity);
   }
   s.jacobian = MatrixXd::Zero(3 * points, 6 * b.count);
@@ -83,7 +85,9 @@ inline System assemble(const SolverSettings& settings, const Problem<double>& p)
     for (int i = 0; i < m.count; ++i, ++k) {
       for (int d = 0; d < 3; ++d) {
         const Eigen::Vector3d along = eigen(direction[d]);
-        const auto arm = [&](int body) { return Eigen::Vector3d(eigen(m.point[i].position) - eigen(b.pose[body].position)); };
+        const auto arm = [&](int body) {
+          return Eigen::Vector3d(eigen(m.point[i].position) - eigen(b.pose[body].position));
+        };
         s.jacobian.block<1, 3>(3 * k + d, 6 * ba) -= along.transpose();
         s.jacobian.block<1, 3>(3 * k + d, 6 * ba + 3) -= arm(ba).cross(along).transpose();
         s.jacobian.block<1, 3>(3 * k + d, 6 * bb) += along.transpose();
@@ -151,7 +155,8 @@ inline VectorXd pivoted(const System& s, const Wanted& wanted) {
     }
   }
   const MatrixXd directions = to_impulses.transpose() * s.jacobian;
-  const LcpSolution solution = solve_lcp(m + directions * s.inverse_mass * directions.transpose(), directions * s.before + offset);
+  const LcpSolution solution =
+      solve_lcp(m + directions * s.inverse_mass * directions.transpose(), directions * s.before + offset);
   if (!solution.found) return {};
   expect_complementary(solution);
   return to_impulses * solution.z;
@@ -162,11 +167,15 @@ inline VectorXd pivoted(const System& s, const Wanted& wanted) {
 inline double residual(const System& s, const Wanted& wanted, const VectorXd& p) {
   const VectorXd w = gaps(s, wanted, p);
   double worst = 0;
-  const auto count = [&](int row, double other) { worst = std::max(worst, std::abs(p(row) - other) / s.row_mass(row)); };
+  const auto count = [&](int row, double other) {
+    worst = std::max(worst, std::abs(p(row) - other) / s.row_mass(row));
+  };
   for (int k = 0; k < s.points(); ++k) {
-    const double mass = 1 / (1 / s.row_mass(3 * k) + wanted.compliance(k)), most = s.friction(k) * std::max(p(3 * k), 0.);
+    const double mass = 1 / (1 / s.row_mass(3 * k) + wanted.compliance(k)),
+                 most = s.friction(k) * std::max(p(3 * k), 0.);
     count(3 * k, std::max(p(3 * k) - mass * w(3 * k), 0.));
-    for (int row = 3 * k + 1; row < 3 * k + 3; ++row) count(row, std::clamp(p(row) - s.row_mass(row) * w(row), -most, most));
+    for (int row = 3 * k + 1; row < 3 * k + 3; ++row)
+      count(row, std::clamp(p(row) - s.row_mass(row) * w(row), -most, most));
   }
   return worst;
 }
@@ -177,7 +186,8 @@ inline double residual(const System& s, const Wanted& wanted, const VectorXd& p)
 // contacts of a body. Tensors and arms are rounded once, too.
 inline double drift_bound(const System& s, const VectorXd& p, int sweeps, double unit_roundoff) {
   const MatrixXd pushes = s.jacobian.cwiseAbs();
-  const double largest = s.before.cwiseAbs().maxCoeff() + (s.inverse_mass.cwiseAbs() * (pushes.transpose() * p.cwiseAbs())).maxCoeff();
+  const double largest =
+      s.before.cwiseAbs().maxCoeff() + (s.inverse_mass.cwiseAbs() * (pushes.transpose() * p.cwiseAbs())).maxCoeff();
   int rows = 0;
   for (Eigen::Index body = 0; body < s.before.size() / 6; ++body)
     rows = std::max(rows, static_cast<int>((pushes.middleCols(6 * body, 6).rowwise().sum().array() > 0).count()));
@@ -185,7 +195,9 @@ inline double drift_bound(const System& s, const VectorXd& p, int sweeps, double
 }
 
 // The same bound for the speed of a row.
-inline double row_bound(const System& s, double drift) { return drift * s.jacobian.cwiseAbs().rowwise().sum().maxCoeff(); }
+inline double row_bound(const System& s, double drift) {
+  return drift * s.jacobian.cwiseAbs().rowwise().sum().maxCoeff();
+}
 
 // The energy dv . M dv of the difference of two velocities; static bodies have the same velocity in both.
 inline double energy(const System& s, const VectorXd& dv) {
@@ -230,12 +242,14 @@ inline double sliding_terms(const System& s, const Wanted& wanted, const VectorX
   for (const VectorXd* i : {&p, &q}) {
     const VectorXd w = gaps(s, wanted, *i);
     for (int row = 0; row < p.size(); ++row)
-      if (row % 3 != 0) sum += std::abs((*i)(row)*w(row) + s.friction(row / 3) * (*i)(row - row % 3) * std::abs(w(row)));
+      if (row % 3 != 0)
+        sum += std::abs((*i)(row)*w(row) + s.friction(row / 3) * (*i)(row - row % 3) * std::abs(w(row)));
   }
   return sum;
 }
 inline double contraction_of(const System& s, double friction) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(s.jacobian * s.inverse_mass * s.jacobian.transpose(), Eigen::EigenvaluesOnly);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(s.jacobian * s.inverse_mass * s.jacobian.transpose(),
+                                                       Eigen::EigenvaluesOnly);
   const VectorXd& eigenvalues = solver.eigenvalues();
   return friction * std::numbers::sqrt2 * std::sqrt(eigenvalues.maxCoeff() / eigenvalues.minCoeff());
 }
@@ -256,9 +270,12 @@ inline Problem<double> box_on_slope(const Vector& normal, const Vector& velocity
   const int ground = add_ground(p);
   Vector t, b;
   make_tangents(normal, t, b);
-  const int box = add_box(
-      p, box_half,
-      {.position = box_half.y * normal, .mass = 2, .velocity = velocity, .orientation = frame_of(normal), .friction = friction * friction});
+  const int box = add_box(p, box_half,
+                          {.position = box_half.y * normal,
+                           .mass = 2,
+                           .velocity = velocity,
+                           .orientation = frame_of(normal),
+                           .friction = friction * friction});
   touch(p, ground, box, normal, rectangle({0, 0, 0}, box_half.x * t, box_half.z * b));
   return p;
 }

@@ -20,7 +20,8 @@ namespace lockstep::rigid::contacts {
 
 using Vector = Vector3<double>;
 
-inline constexpr double u = std::numeric_limits<double>::epsilon() / 2, u_float = std::numeric_limits<float>::epsilon() / 2;
+inline constexpr double u = std::numeric_limits<double>::epsilon() / 2,
+                        u_float = std::numeric_limits<float>::epsilon() / 2;
 inline constexpr double g = 9.81;
 inline constexpr int thread_counts[] = {1, 2, 3, 4, 8};
 
@@ -77,7 +78,10 @@ inline void touch(Problem<double>& p, int collider_a, int collider_b, const Vect
 
 // The four corners of a rectangle around `middle`, with sides along s and t.
 inline Points rectangle(const Vector& middle, const Vector& s, const Vector& t, double separation = 0) {
-  return {{middle - s - t, separation}, {middle + s - t, separation}, {middle + s + t, separation}, {middle - s + t, separation}};
+  return {{middle - s - t, separation},
+          {middle + s - t, separation},
+          {middle + s + t, separation},
+          {middle - s + t, separation}};
 }
 
 template <class To, class From>
@@ -127,9 +131,12 @@ inline constexpr Vector box_half = {.5, .25, .4};
 // [LRB08] Figure 13, [ITJ07] Figure 2: b2 bridges b1 and b3, which stand on the ground b4.
 inline Problem<double> papers_bodies(double friction, const Vector& velocity) {
   Problem<double> p;
-  const int b1 = add_box(p, box_half, {.position = {-.6, .25, 0}, .mass = 1, .velocity = {0, -.1, 0}, .friction = friction});
-  const int b2 = add_box(p, {1, .25, .4}, {.position = {0, .75, 0}, .mass = 3, .velocity = velocity, .friction = friction});
-  const int b3 = add_box(p, box_half, {.position = {.6, .25, 0}, .mass = 1, .velocity = {0, -.1, 0}, .friction = friction});
+  const int b1 =
+      add_box(p, box_half, {.position = {-.6, .25, 0}, .mass = 1, .velocity = {0, -.1, 0}, .friction = friction});
+  const int b2 =
+      add_box(p, {1, .25, .4}, {.position = {0, .75, 0}, .mass = 3, .velocity = velocity, .friction = friction});
+  const int b3 =
+      add_box(p, box_half, {.position = {.6, .25, 0}, .mass = 1, .velocity = {0, -.1, 0}, .friction = friction});
   const int b4 = add(p, {.friction = friction});
   touch(p, b1, b2, {0, 1, 0}, rectangle({-.55, .5, 0}, {.45, 0, 0}, {0, 0, .4}));
   touch(p, b2, b3, {0, -1, 0}, rectangle({.55, .5, 0}, {.45, 0, 0}, {0, 0, .4}));
@@ -150,7 +157,8 @@ inline Problem<double> cluster(int bodies, int contacts, bool with_static, doubl
     const Vector q = vector();
     const Quaternion<double> turned = {.5 * q.x, .5 * q.y, .5 * q.z, std::sqrt(1 - .25 * dot(q, q))};
     const double mass = with_static && i == 0 ? 0 : 1.5 + uniform(random);
-    const Vector inertia = mass * Vector{.1 + .05 * uniform(random), .1 + .05 * uniform(random), .1 + .05 * uniform(random)};
+    const Vector inertia =
+        mass * Vector{.1 + .05 * uniform(random), .1 + .05 * uniform(random), .1 + .05 * uniform(random)};
     add(p, {.position = i == 0 ? Vector{0, 0, 0} : 2. * vector(),
             .mass = mass,
             .inertia = inertia,
@@ -160,7 +168,8 @@ inline Problem<double> cluster(int bodies, int contacts, bool with_static, doubl
             .friction = friction});
   }
   for (int k = 0; k < contacts; ++k) {
-    const int a = k < bodies - 1 ? random() % (k + 1) : random() % bodies, b = k < bodies - 1 ? k + 1 : random() % bodies;
+    const int a = k < bodies - 1 ? random() % (k + 1) : random() % bodies,
+              b = k < bodies - 1 ? k + 1 : random() % bodies;
     if (a >= b) continue;
     const Vector &at_a = p.bodies.pose[a].position, &at_b = p.bodies.pose[b].position;
     const Vector line = unit(at_b - at_a), across = unit(cross(line, vector())), normal = unit(line + .5 * across);

@@ -1,12 +1,14 @@
-// How far apart two convex shapes are, or how deep in one another: in double, by trying everything. For tests to measure against.
+// How far apart two convex shapes are, or how deep in one another: in double, by trying everything. For tests to
+// measure against.
 //
-// A shape is its corners and its faces. Where shapes overlap, the depth is found among the normals of all faces and the cross products of
-// all pairs of edges: these are the directions of the faces of their difference, and the depth is the distance of the nearest. Where they
-// are apart, the closest points lie on two vertices, edges or faces: all pairs of segments and all vertices against all faces are tried.
-// Nothing is shared with the algorithms under test but the pose and the list of corners.
+// A shape is its corners and its faces. Where shapes overlap, the depth is found among the normals of all faces and the
+// cross products of all pairs of edges: these are the directions of the faces of their difference, and the depth is the
+// distance of the nearest. Where they are apart, the closest points lie on two vertices, edges or faces: all pairs of
+// segments and all vertices against all faces are tried. Nothing is shared with the algorithms under test but the pose
+// and the list of corners.
 //
-// Rounding: every value is good to some 1e-15 of the shapes' size and place. No direction, however badly rounded, can make shapes look
-// farther apart than they are: each is a bound from below, and the answer is the largest.
+// Rounding: every value is good to some 1e-15 of the shapes' size and place. No direction, however badly rounded, can
+// make shapes look farther apart than they are: each is a bound from below, and the answer is the largest.
 #pragma once
 
 #include <algorithm>
@@ -38,7 +40,8 @@ struct ExactSeparation {
 inline double length(const Vector3<double>& v) { return std::sqrt(dot(v, v)); }
 
 // From corners and faces alone.
-inline ExactShape exact_shape(std::vector<Vector3<double>> vertex, std::vector<std::vector<int>> face, double radius = 0) {
+inline ExactShape exact_shape(std::vector<Vector3<double>> vertex, std::vector<std::vector<int>> face,
+                              double radius = 0) {
   ExactShape shape{std::move(vertex), std::move(face), {}, {}, {}, radius};
   for (const std::vector<int>& corners : shape.face) {
     Vector3<double> sum = {0, 0, 0};
@@ -56,7 +59,8 @@ inline ExactShape exact_shape(std::vector<Vector3<double>> vertex, std::vector<s
   for (const auto& [i, j] : shape.edge) {
     const Vector3<double> along = shape.vertex[j] - shape.vertex[i], direction = 1 / length(along) * along;
     const auto parallel = [&](const Vector3<double>& other) { return length(cross(direction, other)) < 1e-14; };
-    if (std::none_of(shape.edge_direction.begin(), shape.edge_direction.end(), parallel)) shape.edge_direction.push_back(direction);
+    if (std::none_of(shape.edge_direction.begin(), shape.edge_direction.end(), parallel))
+      shape.edge_direction.push_back(direction);
   }
   return shape;
 }
@@ -75,7 +79,8 @@ ExactShape exact_box(const Vector3<Real>& half, const Pose<Real>& pose) {
   std::vector<Vector3<double>> vertex;
   for (int k = 0; k < 8; ++k)
     vertex.push_back(exact_place(pose, {k & 1 ? half.x : -half.x, k & 2 ? half.y : -half.y, k & 4 ? half.z : -half.z}));
-  return exact_shape(std::move(vertex), {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}});
+  return exact_shape(std::move(vertex),
+                     {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}});
 }
 
 // A hull of a library, scaled and rounded as colliders' are (common/rigid/world.h).
@@ -94,10 +99,12 @@ ExactShape exact_hull(const Hulls<Real>& hulls, int hull, const Quad<Real>& size
 
 template <class Real>
 ExactShape exact_collider(const Placed<Real>& placed, int collider) {
-  return exact_hull(placed.hulls, placed.colliders.hull[collider], placed.colliders.size[collider], placed.pose[collider]);
+  return exact_hull(placed.hulls, placed.colliders.hull[collider], placed.colliders.size[collider],
+                    placed.pose[collider]);
 }
 
-// How far b begins behind where a ends along a unit axis: less than zero where they overlap along it. Cores, without their radii.
+// How far b begins behind where a ends along a unit axis: less than zero where they overlap along it. Cores, without
+// their radii.
 inline double separation_along(const ExactShape& a, const ExactShape& b, const Vector3<double>& axis) {
   double end_a = -std::numeric_limits<double>::infinity(), begin_b = std::numeric_limits<double>::infinity();
   for (const Vector3<double>& v : a.vertex) end_a = std::max(end_a, dot(axis, v));
@@ -105,8 +112,8 @@ inline double separation_along(const ExactShape& a, const ExactShape& b, const V
   return begin_b - end_a;
 }
 
-// The greatest separation along any axis: of overlapping cores with faces, the depth, exactly; of cores apart, > 0, not yet the distance.
-// Edges that are parallel to within least_sine give no axis.
+// The greatest separation along any axis: of overlapping cores with faces, the depth, exactly; of cores apart, > 0, not
+// yet the distance. Edges that are parallel to within least_sine give no axis.
 inline ExactSeparation separating_axis(const ExactShape& a, const ExactShape& b, double least_sine = 1e-14) {
   ExactSeparation best{-std::numeric_limits<double>::infinity(), {0, 0, 0}, {}, {}};
   const auto consider = [&](const Vector3<double>& axis) {
@@ -125,9 +132,12 @@ inline ExactSeparation separating_axis(const ExactShape& a, const ExactShape& b,
   return best;
 }
 
-// The closest points of segments p + s u and q + t v, 0 <= s, t <= 1: the inner point of both lines if it is within, else on a border.
-inline std::pair<Vector3<double>, Vector3<double>> closest_of_segments(const Vector3<double>& p, const Vector3<double>& u,
-                                                                       const Vector3<double>& q, const Vector3<double>& v) {
+// The closest points of segments p + s u and q + t v, 0 <= s, t <= 1: the inner point of both lines if it is within,
+// else on a border.
+inline std::pair<Vector3<double>, Vector3<double>> closest_of_segments(const Vector3<double>& p,
+                                                                       const Vector3<double>& u,
+                                                                       const Vector3<double>& q,
+                                                                       const Vector3<double>& v) {
   const auto onto = [](const Vector3<double>& point, const Vector3<double>& origin, const Vector3<double>& along) {
     const double square = dot(along, along);
     return square > 0 ? std::clamp(dot(point - origin, along) / square, 0., 1.) : 0.;
@@ -186,8 +196,8 @@ inline ExactSeparation exact_distance(const ExactShape& a, const ExactShape& b) 
   return best;
 }
 
-// Distance or depth of two shapes, radii and all. Exact where a core has faces or the cores are apart; of cores without a face (points,
-// segments) that meet, whose depth any direction across both gives, it is the radii.
+// Distance or depth of two shapes, radii and all. Exact where a core has faces or the cores are apart; of cores without
+// a face (points, segments) that meet, whose depth any direction across both gives, it is the radii.
 inline ExactSeparation exact_separation(const ExactShape& a, const ExactShape& b) {
   const bool flat = a.face.empty() && b.face.empty();
   ExactSeparation result = flat ? ExactSeparation{1, {}, {}, {}} : separating_axis(a, b);

@@ -1,5 +1,5 @@
-// The game fluid's densities and forces against closed formulas and against sums over all pairs in double. Every serial and every
-// openmp form, the latter at several thread counts.
+// The game fluid's densities and forces against closed formulas and against sums over all pairs in double. Every serial
+// and every openmp form, the latter at several thread counts.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -44,7 +44,8 @@ TEST(FluidPair, HasTheDensityAndForceOfTheFormula) {
       const Accelerations truth = true_accelerations(f.model, f.particles, f.density);
       const std::vector<int> place = id_order(f.particles);
       for (int k = 0; k < 3; ++k) {
-        const double rho2 = double(f.density[0]) * f.density[1], excess = double(f.density[0]) + f.density[1] - model.twice_rest_density;
+        const double rho2 = double(f.density[0]) * f.density[1],
+                     excess = double(f.density[0]) + f.density[1] - model.twice_rest_density;
         const double pair = ((pa[k] - pb[k]) * model.pressure_coefficient * overlap * overlap / r * excess +
                              (vb[k] - va[k]) * model.viscosity_coefficient * overlap) /
                             rho2;
@@ -88,7 +89,8 @@ TEST(FluidLattice, HasTheAnalyticDensityInside) {
   const double bound = verify::lattice_density_rounding(convert<double>(start.model), spacing, .06);
   EXPECT_LT(bound, 1e-4 * expected);
   const auto inside = [&](const Vec& p) {
-    return std::abs(p[0]) < .05 - spacing - h && std::abs(p[1] - .01) < .05 - spacing - h && std::abs(p[2]) < .05 - spacing - h;
+    return std::abs(p[0]) < .05 - spacing - h && std::abs(p[1] - .01) < .05 - spacing - h &&
+           std::abs(p[2]) < .05 - spacing - h;
   };
   for_each_form([&](const Form& form) {
     Fluid<float> f = start;
@@ -124,16 +126,19 @@ TEST(FluidClouds, DensitiesAndForcesAreThoseOfAllPairs) {
         if (count == 400 && cloud == Cloud::spread) continue;
         SCOPED_TRACE(std::to_string(count) + " particles, " + std::to_string(particles_per_metre) + " a metre, cloud " +
                      std::to_string(static_cast<int>(cloud)));
-        Fluid<float> state = fluid_of(particles_per_metre, random_cloud(random, model_at(particles_per_metre), count, cloud, 60));
+        Fluid<float> state =
+            fluid_of(particles_per_metre, random_cloud(random, model_at(particles_per_metre), count, cloud, 60));
         // What walls do to the wildest leaves the range of float.
         const int frames = cloud == Cloud::wild || count > 100 ? 1 : 2;
         for (int frame = 0; frame < frames; ++frame) {
-          for_each_form([&](const Form& form) { check_kernels(form, state, worst); }, count == 100 ? thread_counts : std::vector{1, 3});
+          for_each_form([&](const Form& form) { check_kernels(form, state, worst); },
+                        count == 100 ? thread_counts : std::vector{1, 3});
           if (testing::Test::HasFatalFailure()) return;
           serial::step_symmetric(state);
         }
       }
-  std::printf("  worst part of the rounding bound used: densities %.3f, accelerations %.3f\n", worst.density, worst.acceleration);
+  std::printf("  worst part of the rounding bound used: densities %.3f, accelerations %.3f\n", worst.density,
+              worst.acceleration);
 }
 
 // Kernels that fill vectors up with a position of their own choice must not take it for a neighbour.

@@ -1,4 +1,5 @@
-// Fluid files, frames for ParaView, and what both stand on: refusals in one line, and files written whole or not at all.
+// Fluid files, frames for ParaView, and what both stand on: refusals in one line, and files written whole or not at
+// all.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -40,7 +41,8 @@ Particles<float> reversed(const Particles<float>& from) {
   for (int i = 0; i < from.count; ++i) {
     const int j = from.count - 1 - i;
     to.id[i] = from.id[j];
-    for (const auto vectors : {&Particles<float>::position, &Particles<float>::half_velocity, &Particles<float>::velocity})
+    for (const auto vectors :
+         {&Particles<float>::position, &Particles<float>::half_velocity, &Particles<float>::velocity})
       for (const auto component : {&Vectors<float>::x, &Vectors<float>::y, &Vectors<float>::z})
         (to.*vectors.*component)[i] = (from.*vectors.*component)[j];
   }
@@ -75,7 +77,8 @@ TEST_F(FluidIo, WritesTheSameBytesWhateverTheOrder) {
 }
 
 TEST_F(FluidIo, RefusesWhatIsNoFile) {
-  EXPECT_EQ(error_of([&] { read_fluid(path("none.fluid")); }), path("none.fluid") + ": cannot be read: No such file or directory");
+  EXPECT_EQ(error_of([&] { read_fluid(path("none.fluid")); }),
+            path("none.fluid") + ": cannot be read: No such file or directory");
   EXPECT_EQ(error_of([&] { read_fluid(folder); }), folder + ": is a directory, expected a file");
   EXPECT_EQ(error_of([&] { read_fluid("/dev/null"); }), "/dev/null: is not a regular file");
 }
@@ -101,8 +104,10 @@ TEST_F(FluidIo, RefusesBadContent) {
 
   EXPECT_EQ(error(""), "0 bytes, expected at least a header of 8 bytes");
   EXPECT_EQ(error("1234567"), "7 bytes, expected at least a header of 8 bytes");
-  EXPECT_EQ(error(fluid_bytes(204, 3, 2)), "80 bytes, expected 116 bytes for the 3 particles that its header announces");
-  EXPECT_EQ(error(fluid_bytes(204, 3, 3) + '\n'), "117 bytes, expected 116 bytes for the 3 particles that its header announces");
+  EXPECT_EQ(error(fluid_bytes(204, 3, 2)),
+            "80 bytes, expected 116 bytes for the 3 particles that its header announces");
+  EXPECT_EQ(error(fluid_bytes(204, 3, 3) + '\n'),
+            "117 bytes, expected 116 bytes for the 3 particles that its header announces");
   EXPECT_EQ(error(fluid_bytes(204, -1, 0)), "the number of particles is -1, expected 0 or more");
   EXPECT_EQ(error(fluid_bytes(204, std::numeric_limits<std::int32_t>::min(), 0)),
             "the number of particles is -2147483648, expected 0 or more");
@@ -149,8 +154,8 @@ TEST(Memory, CountsWhatAFluidAllocates) {
   const auto fluid = make_fluid(convert<float>(model), particles);
   const auto bytes = [](const auto&... arrays) { return (0 + ... + (arrays.size() * sizeof(arrays[0]))); };
   const auto bytes_of = [&](const Particles<float>& p) {
-    return bytes(p.id, p.position.x, p.position.y, p.position.z, p.half_velocity.x, p.half_velocity.y, p.half_velocity.z, p.velocity.x,
-                 p.velocity.y, p.velocity.z);
+    return bytes(p.id, p.position.x, p.position.y, p.position.z, p.half_velocity.x, p.half_velocity.y,
+                 p.half_velocity.z, p.velocity.x, p.velocity.y, p.velocity.z);
   };
   const double allocated = bytes_of(fluid.particles) + bytes_of(fluid.sorted) +
                            bytes(fluid.density, fluid.acceleration.x, fluid.acceleration.y, fluid.acceleration.z) +

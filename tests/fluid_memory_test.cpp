@@ -1,5 +1,5 @@
-// The game fluid where memory is short: what it needs was counted before it started, and what is not granted inside a parallel region
-// ends as std::bad_alloc outside of it.
+// The game fluid where memory is short: what it needs was counted before it started, and what is not granted inside a
+// parallel region ends as std::bad_alloc outside of it.
 #include <gtest/gtest.h>
 #include <omp.h>
 
@@ -17,7 +17,8 @@
 namespace lockstep::fluid {
 namespace {
 
-// Runs `work` on so many threads, which exist before the process's address space is limited to `bytes` more than it has.
+// Runs `work` on so many threads, which exist before the process's address space is limited to `bytes` more than it
+// has.
 template <class Work>
 void with_memory(int threads, double bytes, const Work& work) {
   const int before = omp_get_max_threads();
@@ -39,7 +40,8 @@ Fluid<float> line(double particles_per_metre, int count, double size) {
   particles.resize(count);
   for (int i = 0; i < count; ++i) {
     particles.id[i] = i;
-    particles.position.x[i] = particles.position.y[i] = particles.position.z[i] = static_cast<float>(size * (i + .5) / count);
+    particles.position.x[i] = particles.position.y[i] = particles.position.z[i] =
+        static_cast<float>(size * (i + .5) / count);
   }
   return make_fluid(convert<float>(make_model(particles_per_metre)), std::move(particles));
 }

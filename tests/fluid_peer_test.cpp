@@ -54,8 +54,8 @@ class Nearest {
 
 // The largest component by which any particle is away from the peer's nearest, each of which is taken once.
 template <class Real>
-void expect_agrees(const Particles<Real>& ours, const Particles<float>& peer, const Nearest& nearest, double positions, double velocities,
-                   const std::string& name) {
+void expect_agrees(const Particles<Real>& ours, const Particles<float>& peer, const Nearest& nearest, double positions,
+                   double velocities, const std::string& name) {
   std::vector<char> taken(peer.count, 0);
   double position = 0, velocity = 0;
   ASSERT_EQ(ours.count, peer.count);
@@ -89,7 +89,8 @@ TEST(FluidPeer, FiveFramesAgree) {
       SCOPED_TRACE(form.name);
       Fluid<float> f = make_fluid(convert<float>(model), start.particles);
       for (int frame = 0; frame < frames; ++frame) form.step(f);
-      expect_agrees(f.particles, peer, nearest, 5e-8, 2e-5, std::string(form.name) + ", " + std::to_string(threads) + " threads");
+      expect_agrees(f.particles, peer, nearest, 5e-8, 2e-5,
+                    std::string(form.name) + ", " + std::to_string(threads) + " threads");
     });
 
   // The model in double from the start, as the figures it is held to were found.

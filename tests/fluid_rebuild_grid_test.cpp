@@ -44,7 +44,8 @@ TEST(FluidRebuildGrid, IsAStableSortByCell) {
     for (const int count : {0, 1, 15, 16, 17, 100, 3001})
       for (const Cloud cloud : {Cloud::clumped, Cloud::wild}) {
         SCOPED_TRACE(std::to_string(count) + " particles, " + std::to_string(particles_per_metre) + " a metre");
-        Fluid<float> start = fluid_of(particles_per_metre, random_cloud(random, model_at(particles_per_metre), count, cloud, 1));
+        Fluid<float> start =
+            fluid_of(particles_per_metre, random_cloud(random, model_at(particles_per_metre), count, cloud, 1));
         Particles<float>& p = start.particles;
         std::shuffle(p.id.begin(), p.id.begin() + count, random.engine);
         if (count > 20) p.position.y[20] = std::numeric_limits<float>::quiet_NaN();
@@ -54,7 +55,8 @@ TEST(FluidRebuildGrid, IsAStableSortByCell) {
         Particles<float> expected = p;
         for (int k = 0; k < count; ++k) {
           expected.id[k] = p.id[order[k]];
-          for (const auto vectors : {&Particles<float>::position, &Particles<float>::half_velocity, &Particles<float>::velocity})
+          for (const auto vectors :
+               {&Particles<float>::position, &Particles<float>::half_velocity, &Particles<float>::velocity})
             for (const auto component : {&Vectors<float>::x, &Vectors<float>::y, &Vectors<float>::z})
               (expected.*vectors.*component)[k] = (p.*vectors.*component)[order[k]];
         }
@@ -67,7 +69,8 @@ TEST(FluidRebuildGrid, IsAStableSortByCell) {
             sort.rebuild_grid(f.grid, f.particles, f.sorted);
             expect_same_bits(f.particles, expected);
             for (int c = 0; c <= f.grid.cells(); ++c)
-              ASSERT_EQ(f.grid.cell_begin[c], std::lower_bound(cells.begin(), cells.end(), c) - cells.begin()) << "cell " << c;
+              ASSERT_EQ(f.grid.cell_begin[c], std::lower_bound(cells.begin(), cells.end(), c) - cells.begin())
+                  << "cell " << c;
           });
         }
       }

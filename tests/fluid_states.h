@@ -32,18 +32,20 @@ struct Form {
 };
 
 inline const Form forms[] = {
-    {"serial symmetric", false, serial::rebuild_grid, serial::densities_symmetric, serial::forces_symmetric, serial::step_symmetric},
+    {"serial symmetric", false, serial::rebuild_grid, serial::densities_symmetric, serial::forces_symmetric,
+     serial::step_symmetric},
     {"serial owner_gather", false, serial::rebuild_grid, serial::densities_owner_gather, serial::forces_owner_gather,
      serial::step_owner_gather},
-    {"serial pair_lists", false, serial::rebuild_grid, serial::densities_pair_lists, serial::forces_pair_lists, serial::step_pair_lists},
-    {"openmp pair_lists", true, openmp::rebuild_grid_counting_sort, openmp::densities_pair_lists, openmp::forces_pair_lists,
-     openmp::step_pair_lists},
-    {"openmp cell_locks", true, openmp::rebuild_grid_linked_lists, openmp::densities_cell_locks, openmp::forces_cell_locks,
-     openmp::step_cell_locks},
+    {"serial pair_lists", false, serial::rebuild_grid, serial::densities_pair_lists, serial::forces_pair_lists,
+     serial::step_pair_lists},
+    {"openmp pair_lists", true, openmp::rebuild_grid_counting_sort, openmp::densities_pair_lists,
+     openmp::forces_pair_lists, openmp::step_pair_lists},
+    {"openmp cell_locks", true, openmp::rebuild_grid_linked_lists, openmp::densities_cell_locks,
+     openmp::forces_cell_locks, openmp::step_cell_locks},
     {"openmp sub_grid", true, openmp::rebuild_grid_linked_lists, openmp::densities_sub_grid, openmp::forces_sub_grid,
      openmp::step_sub_grid},
-    {"openmp owner_gather", true, openmp::rebuild_grid_counting_sort, openmp::densities_owner_gather, openmp::forces_owner_gather,
-     openmp::step_owner_gather},
+    {"openmp owner_gather", true, openmp::rebuild_grid_counting_sort, openmp::densities_owner_gather,
+     openmp::forces_owner_gather, openmp::step_owner_gather},
 };
 
 inline const std::vector<int> thread_counts = {1, 2, 3, 4, 8};
@@ -73,7 +75,9 @@ inline void find_densities(const Form& form, Fluid<float>& f) {
   form.densities(f.model, f.grid, f.particles, f.neighbours, f.density);
 }
 
-inline void find_forces(const Form& form, Fluid<float>& f) { form.forces(f.model, f.grid, f.particles, f.neighbours, f.density, f.acceleration); }
+inline void find_forces(const Form& form, Fluid<float>& f) {
+  form.forces(f.model, f.grid, f.particles, f.neighbours, f.density, f.acceleration);
+}
 
 // --- States
 
@@ -120,9 +124,10 @@ struct Random {
 
 enum class Cloud { spread, clumped, wild };
 
-// Spread over the domain and beyond its walls; clumped into a few cells; or wild: as spread, with duplicates and points so far
-// away that squares of their coordinates overflow, and on the very walls.
-inline std::vector<Point> random_cloud(Random& random, const Model<float>& model, int count, Cloud cloud, double speed) {
+// Spread over the domain and beyond its walls; clumped into a few cells; or wild: as spread, with duplicates and points
+// so far away that squares of their coordinates overflow, and on the very walls.
+inline std::vector<Point> random_cloud(Random& random, const Model<float>& model, int count, Cloud cloud,
+                                       double speed) {
   const Vec low = vec(model.domain_min), high = vec(model.domain_max);
   const double h = model.smoothing_length;
   const Vec centre = {random.in(low[0], high[0]), random.in(low[1], high[1]), random.in(low[2], high[2])};
@@ -131,7 +136,8 @@ inline std::vector<Point> random_cloud(Random& random, const Model<float>& model
     Point& point = points[i];
     point.half_velocity = random.vec(speed), point.velocity = random.vec(speed);
     for (int k = 0; k < 3; ++k)
-      point.position[k] = cloud == Cloud::clumped && i % 8 != 0 ? centre[k] + random.in(-h, h) : random.in(low[k] - .02, high[k] + .02);
+      point.position[k] =
+          cloud == Cloud::clumped && i % 8 != 0 ? centre[k] + random.in(-h, h) : random.in(low[k] - .02, high[k] + .02);
     if (cloud != Cloud::wild) continue;
     const double far[] = {1e30, -1e30, 3e38, 1e10, -1e10, 1e18, 1e4, 1};
     if (i % 7 == 3) point.position = points[i / 2].position;
@@ -141,8 +147,8 @@ inline std::vector<Point> random_cloud(Random& random, const Model<float>& model
   }
   return points;
 }
-
-inline constexpr double resolutions[] = {5, 20, 30, 40, 100, 204};  // cells along x, y, z: 1 1 1, 1 2 1, 2 3 2, 3 4 3, 7 10 7, 15 21 15
+// Cells along x, y, z: 1 1 1, 1 2 1, 2 3 2, 3 4 3, 7 10 7, 15 21 15.
+inline constexpr double resolutions[] = {5, 20, 30, 40, 100, 204};
 
 // --- Comparison
 
@@ -154,7 +160,8 @@ void expect_same_bits(const Array<T>& a, const Array<T>& b, int count, const cha
 inline void expect_same_bits(const Particles<float>& a, const Particles<float>& b) {
   ASSERT_EQ(a.count, b.count);
   expect_same_bits(a.id, b.id, a.count, "id");
-  for (const auto vectors : {&Particles<float>::position, &Particles<float>::half_velocity, &Particles<float>::velocity})
+  for (const auto vectors :
+       {&Particles<float>::position, &Particles<float>::half_velocity, &Particles<float>::velocity})
     for (const auto component : {&Vectors<float>::x, &Vectors<float>::y, &Vectors<float>::z})
       expect_same_bits(a.*vectors.*component, b.*vectors.*component, a.count, "position, half velocity or velocity");
 }

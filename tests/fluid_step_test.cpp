@@ -1,5 +1,5 @@
-// Whole steps and runs of the game fluid: motion as the leapfrog says, walls, conservation laws, and what a fluid comes to in the end.
-// Every serial and every openmp form, the latter at several thread counts.
+// Whole steps and runs of the game fluid: motion as the leapfrog says, walls, conservation laws, and what a fluid comes
+// to in the end. Every serial and every openmp form, the latter at several thread counts.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -51,7 +51,8 @@ TEST(FluidAlone, FallsAsTheLeapfrogSays) {
       [&](const Form& form) {
         Fluid<float> f = fluid_of(204, {start});
         const double dt = f.model.time_step;
-        const Vec g = vec(f.model.gravity), p0 = vec_at(f.particles.position, 0), hv0 = vec_at(f.particles.half_velocity, 0);
+        const Vec g = vec(f.model.gravity), p0 = vec_at(f.particles.position, 0),
+                  hv0 = vec_at(f.particles.half_velocity, 0);
         for (int step = 1; step <= steps; ++step) {
           form.step(f);
           for (int k = 0; k < 3; ++k) {
@@ -59,15 +60,16 @@ TEST(FluidAlone, FallsAsTheLeapfrogSays) {
             const double hv_bound = 2 * u * step * speed, p_bound = step * (2 * u * .13 + dt * hv_bound);
             ASSERT_NEAR(vec_at(f.particles.half_velocity, 0)[k], hv0[k] + step * g[k] * dt, hv_bound);
             ASSERT_NEAR(vec_at(f.particles.velocity, 0)[k], hv0[k] + (step - .5) * g[k] * dt, hv_bound + 2 * u * speed);
-            ASSERT_NEAR(vec_at(f.particles.position, 0)[k], p0[k] + step * dt * hv0[k] + g[k] * dt * dt * step * (step + 1) / 2, p_bound);
+            ASSERT_NEAR(vec_at(f.particles.position, 0)[k],
+                        p0[k] + step * dt * hv0[k] + g[k] * dt * dt * step * (step + 1) / 2, p_bound);
           }
         }
       },
       {1, 3});
 }
 
-// One step of one particle at each of the six walls: out of reach, pushed softly, pushed and thrown back, begun outside, and too fast
-// for the wall's cells to notice.
+// One step of one particle at each of the six walls: out of reach, pushed softly, pushed and thrown back, begun
+// outside, and too fast for the wall's cells to notice.
 TEST(FluidAlone, MeetsWallsAsTheFormulaSays) {
   struct Meeting {
     const char* name;
@@ -88,7 +90,8 @@ TEST(FluidAlone, MeetsWallsAsTheFormulaSays) {
       for (const Meeting& meeting : meetings) {
         SCOPED_TRACE(std::string(meeting.name) + (at_max ? ", high " : ", low ") + "xyz"[axis]);
         const Model<float> model = model_at(204);
-        const double wall = vec(at_max ? model.domain_max : model.domain_min)[axis], inwards = at_max ? -1 : 1, dt = model.time_step;
+        const double wall = vec(at_max ? model.domain_max : model.domain_min)[axis], inwards = at_max ? -1 : 1,
+                     dt = model.time_step;
         Point point{{.001, .002, .003}, {0, 0, 0}, {0, 0, 0}};
         point.position[axis] = wall + inwards * meeting.gap;
         point.half_velocity[axis] = inwards * meeting.half_velocity;
@@ -110,12 +113,14 @@ TEST(FluidAlone, MeetsWallsAsTheFormulaSays) {
         // The depth is off by the rounding of coordinates, and the spring's stiffness multiplies that.
         const double p_error = 4 * u * (std::abs(wall) + std::abs(gap) + std::abs(hv) * dt);
         const double hv_error =
-            dt * (model.wall_stiffness * p_error + 4 * u * (model.wall_damping * std::abs(v) + std::abs(push))) + 4 * u * std::abs(hv);
+            dt * (model.wall_stiffness * p_error + 4 * u * (model.wall_damping * std::abs(v) + std::abs(push))) +
+            4 * u * std::abs(hv);
         for_each_form(
             [&](const Form& form) {
               Fluid<float> f = start;
               form.step(f);
-              EXPECT_NEAR(inwards * (vec_at(f.particles.position, 0)[axis] - wall), sign * gap_after, p_error + dt * hv_error);
+              EXPECT_NEAR(inwards * (vec_at(f.particles.position, 0)[axis] - wall), sign * gap_after,
+                          p_error + dt * hv_error);
               EXPECT_NEAR(inwards * vec_at(f.particles.half_velocity, 0)[axis], sign * hv_after, hv_error);
               EXPECT_NEAR(inwards * vec_at(f.particles.velocity, 0)[axis], sign * (hv + hv_after) / 2, hv_error);
             },
@@ -181,17 +186,20 @@ TEST(FluidRuns, DamBreakStaysFiniteInsideAndLosesEnergy) {
       peaks.back() = std::max(peaks.back(), verify::energy(f));
     }
   });
-  for (std::size_t k = 1; k < peaks.size(); ++k) EXPECT_LT(peaks[k], peaks[k - 1]) << "from frame " << splash + k * window;
+  for (std::size_t k = 1; k < peaks.size(); ++k)
+    EXPECT_LT(peaks[k], peaks[k - 1]) << "from frame " << splash + k * window;
   if (!peaks.empty())
-    std::printf("  energy: peak %.4g J after the splash, %.4g J in the last %d frames\n", peaks.front(), peaks.back(), window);
+    std::printf("  energy: peak %.4g J after the splash, %.4g J in the last %d frames\n", peaks.front(), peaks.back(),
+                window);
 }
 
-// Pressure is none where every density is the rest density, and viscosity takes the motion away, so that is where a blob that nothing
-// holds comes to rest: at 470 particles a metre within six hundred steps, for the time step is within its limit (notes/fluid.md).
+// Pressure is none where every density is the rest density, and viscosity takes the motion away, so that is where a
+// blob that nothing holds comes to rest: at 470 particles a metre within six hundred steps, for the time step is within
+// its limit (notes/fluid.md).
 //
-// What remains is rounding: that of the densities that the forces see, and that of positions. A particle that would move by less than
-// half an ulp stays, so distances, which are more than half of the lattice's spacing, are off by an ulp or so, and densities by three
-// times as much, being about as the inverse cube.
+// What remains is rounding: that of the densities that the forces see, and that of positions. A particle that would
+// move by less than half an ulp stays, so distances, which are more than half of the lattice's spacing, are off by an
+// ulp or so, and densities by three times as much, being about as the inverse cube.
 TEST(FluidRuns, ABlobSettlesAtTheRestDensity) {
   constexpr double particles_per_metre = 470, spacing = 1 / particles_per_metre;
   Random random(8);
@@ -200,7 +208,10 @@ TEST(FluidRuns, ABlobSettlesAtTheRestDensity) {
     for (int y = 0; y < 8; ++y)
       for (int x = 0; x < 8; ++x) {
         const Vec jitter = random.vec(.05);
-        points.push_back({{(x - 3.5 + jitter[0]) * spacing, (y - 3.5 + jitter[1]) * spacing, (z - 3.5 + jitter[2]) * spacing}, {}, {}});
+        points.push_back(
+            {{(x - 3.5 + jitter[0]) * spacing, (y - 3.5 + jitter[1]) * spacing, (z - 3.5 + jitter[2]) * spacing},
+             {},
+             {}});
       }
   Fluid<float> start = fluid_of(particles_per_metre, points);
   start.model.gravity = {0, 0, 0};

@@ -1,5 +1,5 @@
-// The rules of the house: who may include whom, that every serial file has its parallel twin, and that twins read alike.
-// Run from the root of the repository.
+// The rules of the house: who may include whom, that every serial file has its parallel twin, and that twins read
+// alike. Run from the root of the repository.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -46,16 +46,20 @@ std::vector<std::string> includes_of(const fs::path& path) {
 void expect_includes_none_of(const std::string& folder, const std::vector<std::string>& others) {
   for (const fs::path& path : sources_below(folder))
     for (const std::string& include : includes_of(path))
-      for (const std::string& other : others) EXPECT_FALSE(include.starts_with(other + '/')) << path << " includes " << include;
+      for (const std::string& other : others)
+        EXPECT_FALSE(include.starts_with(other + '/')) << path << " includes " << include;
 }
 
-TEST(House, CommonIncludesNoVersionAndNotTheVerifier) { expect_includes_none_of("common", {"serial", "openmp", "verify", "tests"}); }
+TEST(House, CommonIncludesNoVersionAndNotTheVerifier) {
+  expect_includes_none_of("common", {"serial", "openmp", "verify", "tests"});
+}
 TEST(House, SerialIncludesCommonAlone) { expect_includes_none_of("serial", {"openmp", "verify", "tests"}); }
 TEST(House, OpenmpIncludesCommonAlone) { expect_includes_none_of("openmp", {"serial", "verify", "tests"}); }
 
 TEST(House, SerialKnowsNoThreadsAndNoLanes) {
   for (const fs::path& path : sources_below("serial")) {
-    for (const std::string& include : includes_of(path)) EXPECT_TRUE(include != "omp.h" && include != "common/simd.h") << path;
+    for (const std::string& include : includes_of(path))
+      EXPECT_TRUE(include != "omp.h" && include != "common/simd.h") << path;
     for (const std::string& line : lines_of(path)) EXPECT_EQ(line.find("#pragma omp"), std::string::npos) << path;
   }
 }

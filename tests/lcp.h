@@ -2,14 +2,17 @@
 //
 //   w = M z + q,   w >= 0,   z >= 0,   w . z = 0
 //
-// Lemke's algorithm. An artificial variable z0, added to every row, makes all rows feasible; then one variable at a time enters the basis,
-// always the complement of the one that has just left, until z0 leaves. Where rows tie for leaving, the lexicographic rule decides, as if q
-// were moved by (e, e^2, e^3, ...) for a tiny e: then no basis comes twice, and the algorithm ends. It ends with a solution, or on a ray,
-// along which nothing bounds the entering variable. Of a copositive M, as contacts with friction have, a ray means that q asks for what no
-// z gives (of a positive semidefinite M it proves so).
+// Lemke's algorithm. An artificial variable z0, added to every row, makes all rows feasible; then one variable at a
+// time enters the basis, always the complement of the one that has just left, until z0 leaves. Where rows tie for
+// leaving, the lexicographic rule decides, as if q were moved by (e, e^2, e^3, ...) for a tiny e: then no basis comes
+// twice, and the algorithm ends. It ends with a solution, or on a ray, along which nothing bounds the entering
+// variable. Of a copositive M, as contacts with friction have, a ray means that q asks for what no z gives (of a
+// positive semidefinite M it proves so).
 //
-// Source: Cottle, Pang, Stone, The Linear Complementarity Problem (1992), 4.4 and 4.9; for contacts Anitescu and Potra, Formulating Dynamic
-// Multi-rigid-body Contact Problems with Friction as Solvable Linear Complementarity Problems, Nonlinear Dynamics 14 (1997).
+// Source: Cottle, Pang, Stone, The Linear Complementarity Problem (1992), 4.4 and 4.9; for contacts Anitescu and Potra,
+//         Formulating Dynamic
+// Multi-rigid-body Contact Problems with Friction as Solvable Linear Complementarity Problems, Nonlinear Dynamics 14
+// (1997).
 #pragma once
 
 // As in common/rigid/mass.cpp: functions of Eigen that two files share must be the same in both.
@@ -68,7 +71,8 @@ inline LcpSolution solve_lcp(const Eigen::MatrixXd& m, const Eigen::VectorXd& q)
     return entering;  // now the variable that left
   };
 
-  // First z0 enters, in the row that asks most of it: among equals the last, which leaves all others lexicographically positive.
+  // First z0 enters, in the row that asks most of it: among equals the last, which leaves all others lexicographically
+  // positive.
   int row = 0;
   for (int i = 1; i < n; ++i)
     if (q(i) <= q(row)) row = i;
@@ -86,7 +90,8 @@ inline LcpSolution solve_lcp(const Eigen::MatrixXd& m, const Eigen::VectorXd& q)
 
   // The basis anew, from M and q: without the rounding of all pivots.
   Eigen::MatrixXd columns(n, n);
-  for (int i = 0; i < n; ++i) columns.col(i) = basis[i] < n ? Eigen::VectorXd(Eigen::VectorXd::Unit(n, basis[i])) : -m.col(basis[i] - n);
+  for (int i = 0; i < n; ++i)
+    columns.col(i) = basis[i] < n ? Eigen::VectorXd(Eigen::VectorXd::Unit(n, basis[i])) : -m.col(basis[i] - n);
   const Eigen::VectorXd values = columns.partialPivLu().solve(q);
   LcpSolution solution{true, Eigen::VectorXd::Zero(n), q};
   for (int i = 0; i < n; ++i)
@@ -96,7 +101,9 @@ inline LcpSolution solve_lcp(const Eigen::MatrixXd& m, const Eigen::VectorXd& q)
 }
 
 // The most by which a number that should be zero may be negative: ties count as ties to within 1e-10.
-inline double noise_of(const LcpSolution& s) { return 1e-10 * (1 + s.z.cwiseAbs().maxCoeff() + s.w.cwiseAbs().maxCoeff()); }
+inline double noise_of(const LcpSolution& s) {
+  return 1e-10 * (1 + s.z.cwiseAbs().maxCoeff() + s.w.cwiseAbs().maxCoeff());
+}
 
 inline void expect_complementary(const LcpSolution& s) {
   ASSERT_TRUE(s.found);

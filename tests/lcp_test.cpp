@@ -15,7 +15,9 @@ using Eigen::MatrixXd, Eigen::VectorXd;
 constexpr double u = std::numeric_limits<double>::epsilon() / 2;
 
 TEST(Lcp, InOneDimension) {
-  const auto solve = [](double m, double q) { return solve_lcp(MatrixXd::Constant(1, 1, m), VectorXd::Constant(1, q)); };
+  const auto solve = [](double m, double q) {
+    return solve_lcp(MatrixXd::Constant(1, 1, m), VectorXd::Constant(1, q));
+  };
   EXPECT_DOUBLE_EQ(solve(2, -3).z(0), 1.5);
   EXPECT_EQ(solve(2, 3).z(0), 0);
   EXPECT_EQ(solve(2, 3).w(0), 3);
@@ -65,7 +67,8 @@ TEST(Lcp, OfPMatricesAgainstAllBases) {
     const int n = 1 + problem % 7;
     const auto any = [&] { return unit(random); };
     const MatrixXd a = MatrixXd::NullaryExpr(n, n, any), skew = MatrixXd::NullaryExpr(n, n, any);
-    const MatrixXd m = a * a.transpose() + .1 * MatrixXd::Identity(n, n) + (skew - skew.transpose());  // positive definite, unsymmetric
+    // Positive definite, unsymmetric.
+    const MatrixXd m = a * a.transpose() + .1 * MatrixXd::Identity(n, n) + (skew - skew.transpose());
     VectorXd q = VectorXd::NullaryExpr(n, any);
     if (problem % 3 == 0) q.setConstant(-1);  // ties
     VectorXd expected;

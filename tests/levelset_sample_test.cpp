@@ -50,14 +50,17 @@ TEST(LevelsetSample, FindsThePointsThemselves) {
   for (int i = 0; i < positions.count; ++i) positions.set(i, .5f * (i % 5), .5f * (i / 5 % 4), .5f * (i / 20));
   for (SampleFloat* sample : versions) {
     const Array<float> value = sampled(sample, field, positions);
-    for (int i = 0; i < positions.count; ++i) EXPECT_EQ(value[i], float(i % 5 + 10 * (i / 5 % 4) + 100 * (i / 20))) << i;
+    for (int i = 0; i < positions.count; ++i)
+      EXPECT_EQ(value[i], float(i % 5 + 10 * (i / 5 % 4) + 100 * (i / 20))) << i;
   }
 }
 
-// A linear function is its own interpolation. Each of the seven interpolations rounds three times, and the position twice.
+// A linear function is its own interpolation. Each of the seven interpolations rounds three times, and the position
+// twice.
 TEST(LevelsetSample, ReproducesALinearFunction) {
   constexpr float spacing = .125f;  // a power of two: positions in spacings are exact
-  const Field<float> field = field_of(17, 9, 33, spacing, [](int x, int y, int z) { return 1 + 2.f * x - 3.f * y + .5f * z; });
+  const Field<float> field =
+      field_of(17, 9, 33, spacing, [](int x, int y, int z) { return 1 + 2.f * x - 3.f * y + .5f * z; });
   Positions positions(1000);
   Numbers number;
   for (int i = 0; i < positions.count; ++i)
@@ -66,7 +69,8 @@ TEST(LevelsetSample, ReproducesALinearFunction) {
     const Array<float> value = sampled(sample, field, positions);
     for (int i = 0; i < positions.count; ++i) {
       const double exact = 1 + (2. * positions.at.x[i] - 3. * positions.at.y[i] + .5 * positions.at.z[i]) / spacing;
-      EXPECT_NEAR(value[i], exact, 3 * 4 * u * (1 + 2 * 16 + 3 * 8 + .5 * 32)) << i;  // three levels, each 4 u of the largest value
+      // Three levels, each 4 u of the largest value.
+      EXPECT_NEAR(value[i], exact, 3 * 4 * u * (1 + 2 * 16 + 3 * 8 + .5 * 32)) << i;
     }
   }
 }
@@ -113,7 +117,8 @@ TEST(LevelsetSample, WritesAsManyAsItIsAsked) {
   for (const int count : {0, 1, 15, 16, 17, 33})
     for (SampleFloat* sample : versions) {
       const Array<float> value = sampled(sample, field, Positions(count));
-      for (std::size_t i = 0; i < value.size(); ++i) EXPECT_EQ(value[i], i < std::size_t(count) ? 5.f : -1.f) << count << ' ' << i;
+      for (std::size_t i = 0; i < value.size(); ++i)
+        EXPECT_EQ(value[i], i < std::size_t(count) ? 5.f : -1.f) << count << ' ' << i;
     }
 }
 

@@ -1,5 +1,5 @@
-// Marching and sweeping against exact distances, against each other, and both versions against each other on shapes of grids that no
-// scene has.
+// Marching and sweeping against exact distances, against each other, and both versions against each other on shapes of
+// grids that no scene has.
 #include <gtest/gtest.h>
 #include <omp.h>
 
@@ -32,7 +32,8 @@ Field<Real> field_of(const std::vector<Shape>& shapes, const Grid& grid) {
   Field<Real> phi = make_field<Real>(grid.nx, grid.ny, grid.nz, static_cast<Real>(grid.spacing), 1);
   for (int z = 0; z < grid.nz; ++z)
     for (int y = 0; y < grid.ny; ++y)
-      for (int x = 0; x < grid.nx; ++x) phi(x, y, z) = static_cast<Real>(signed_distance(shapes, grid.position(x, y, z)));
+      for (int x = 0; x < grid.nx; ++x)
+        phi(x, y, z) = static_cast<Real>(signed_distance(shapes, grid.position(x, y, z)));
   return phi;
 }
 
@@ -65,14 +66,19 @@ Errors errors(const Distances<Real>& d, const std::vector<Shape>& shapes, const 
 Grid unit_cube(int n) { return {n, n, n, 1. / n, {0, 0, 0}}; }
 
 const std::vector<Shape> spheres = {Sphere{{.3, .3, .35}, .17}, Sphere{{.7, .35, .6}, .15}};
-const std::vector<Shape> spheres_and_box = {Sphere{{.3, .3, .35}, .17}, Sphere{{.7, .35, .6}, .15}, Box{{.45, .72, .5}, {.2, .12, .18}}};
+const std::vector<Shape> spheres_and_box = {Sphere{{.3, .3, .35}, .17}, Sphere{{.7, .35, .6}, .15},
+                                            Box{{.45, .72, .5}, {.2, .12, .18}}};
 
 // --- The upwind solution
 
 TEST(LevelsetUpwind, SolvesTheEquation) {
   // sum of ((u - v) / h)^2 = 1 over the neighbours that are nearer than u.
-  for (const auto& [a, b, c] :
-       {std::array{1., 1., 1.}, {1., 1.2, 1.3}, {1.3, 1., 1.9}, {1., 1.05, 5.}, {0., far<double>, far<double>}, {.3, .3, 2.}}) {
+  for (const auto& [a, b, c] : {std::array{1., 1., 1.},
+                                {1., 1.2, 1.3},
+                                {1.3, 1., 1.9},
+                                {1., 1.05, 5.},
+                                {0., far<double>, far<double>},
+                                {.3, .3, 2.}}) {
     const double h = .5, u = upwind(a, b, c, h);
     double sum = 0;
     for (const double v : {a, b, c})
@@ -86,7 +92,8 @@ TEST(LevelsetUpwind, SolvesTheEquation) {
 TEST(LevelsetUpwind, LanesGiveTheBitsOfNumbers) {
   float in[3][lanes], out[lanes];
   for (int l = 0; l < lanes; ++l)
-    for (int k = 0; k < 3; ++k) in[k][l] = (l * 7 + k * 5) % 11 == 0 ? far<float> : std::fmod(.37f * (l + 3 * k) * (k + 1), 1.7f);
+    for (int k = 0; k < 3; ++k)
+      in[k][l] = (l * 7 + k * 5) % 11 == 0 ? far<float> : std::fmod(.37f * (l + 3 * k) * (k + 1), 1.7f);
   store(out, upwind(load(in[0]), load(in[1]), load(in[2]), floatv(.6f)));
   for (int l = 0; l < lanes; ++l) EXPECT_EQ(out[l], upwind(in[0][l], in[1][l], in[2][l], .6f));
 }
@@ -102,21 +109,25 @@ void converges_at_first_order(const char* what, const std::vector<Shape>& shapes
     found.push_back(errors(d, shapes, unit_cube(n)));
   }
   for (int k = 0; k < 2; ++k) {
-    const double mean = std::log2(found[k].mean / found[k + 1].mean), most = std::log2(found[k].most / found[k + 1].most);
-    std::printf("  %s, %d to %d: order %.2f in the mean, %.2f at the most; error at %d: mean %.3f h, most %.3f h\n", what, 64 << k,
-                128 << k, mean, most, 128 << k, found[k + 1].mean * (128 << k), found[k + 1].most * (128 << k));
+    const double mean = std::log2(found[k].mean / found[k + 1].mean),
+                 most = std::log2(found[k].most / found[k + 1].most);
+    std::printf("  %s, %d to %d: order %.2f in the mean, %.2f at the most; error at %d: mean %.3f h, most %.3f h\n",
+                what, 64 << k, 128 << k, mean, most, 128 << k, found[k + 1].mean * (128 << k),
+                found[k + 1].most * (128 << k));
     EXPECT_GT(mean, .8);
     EXPECT_GT(most, .6);
   }
 }
 
 TEST(LevelsetMarching, ConvergesAtFirstOrderOnSpheres) {
-  // The band does not shrink with the spacing, so that it means the same on all grids. On the spheres' medial surface, where
-  // distances come from two sides, and at their centres they have a kink: the band stays away from both.
+  // The band does not shrink with the spacing, so that it means the same on all grids. On the spheres' medial surface,
+  // where distances come from two sides, and at their centres they have a kink: the band stays away from both.
   converges_at_first_order("spheres, band .06", spheres, .06);
 }
 
-TEST(LevelsetMarching, ConvergesAtFirstOrderOnATorus) { converges_at_first_order("torus, band .06", {Torus{{.5, .5, .5}, .28, .12}}, .06); }
+TEST(LevelsetMarching, ConvergesAtFirstOrderOnATorus) {
+  converges_at_first_order("torus, band .06", {Torus{{.5, .5, .5}, .28, .12}}, .06);
+}
 
 TEST(LevelsetMarching, IsExactBesideAPlane) {
   // Of a plane along an axis first order makes no error at all; each step adds h.
@@ -132,7 +143,8 @@ TEST(LevelsetMarching, IsExactBesideAPlane) {
 }
 
 TEST(LevelsetMarching, BandErrorIsNoWorseThanThePeers) {
-  // shared facts: mean .042 h in a band of 5 h at 256^3, from the corrupted input. Without it, the same field, made here.
+  // shared facts: mean .042 h in a band of 5 h at 256^3, from the corrupted input. Without it, the same field, made
+  // here.
   const Scene scene = load_scene("scenes/levelset/corrupted_256.toml");
   Distances<float> marched, swept;
   serial::initialize(scene.phi, marched);
@@ -150,7 +162,8 @@ TEST(LevelsetMarching, BandErrorIsNoWorseThanThePeers) {
 // --- Both versions
 
 TEST(LevelsetTwins, AgreeToTheBitOnEveryGrid) {
-  for (const auto& [nx, ny, nz] : {std::array{16, 16, 16}, {17, 33, 5}, {70, 15, 21}, {33, 47, 29}, {2, 40, 31}, {100, 2, 2}})
+  for (const auto& [nx, ny, nz] :
+       {std::array{16, 16, 16}, {17, 33, 5}, {70, 15, 21}, {33, 47, 29}, {2, 40, 31}, {100, 2, 2}})
     for (const float band : {3.2f, 7.f, everywhere}) {
       const Grid grid = {nx, ny, nz, 1. / 40, {0, 0, 0}};
       // The middle of the grid is inside the sphere, whatever its shape; some point is outside.
@@ -168,9 +181,12 @@ TEST(LevelsetTwins, AgreeToTheBitOnEveryGrid) {
         EXPECT_EQ(openmp::fast_sweeping_sweeps(a, width, 3), rounds);
         openmp::fast_sweeping_blocks(b, width, 1, 16);
         openmp::fast_marching_blocks(c, width, 16);
-        EXPECT_EQ(a.distance.value, swept.distance.value) << nx << ' ' << ny << ' ' << nz << " band " << band << ", " << threads;
-        EXPECT_EQ(b.distance.value, swept_blocks.distance.value) << nx << ' ' << ny << ' ' << nz << " band " << band << ", " << threads;
-        EXPECT_EQ(c.distance.value, marched_blocks.distance.value) << nx << ' ' << ny << ' ' << nz << " band " << band << ", " << threads;
+        EXPECT_EQ(a.distance.value, swept.distance.value)
+            << nx << ' ' << ny << ' ' << nz << " band " << band << ", " << threads;
+        EXPECT_EQ(b.distance.value, swept_blocks.distance.value)
+            << nx << ' ' << ny << ' ' << nz << " band " << band << ", " << threads;
+        EXPECT_EQ(c.distance.value, marched_blocks.distance.value)
+            << nx << ' ' << ny << ' ' << nz << " band " << band << ", " << threads;
       }
     }
 }

@@ -6,7 +6,8 @@
 #include <omp.h>
 
 #include <cstring>
-// As wherever Eigen is used here: what it inlines and how it allocates depends on this, and must not differ between files.
+// As wherever Eigen is used here: what it inlines and how it allocates depends on this, and must not differ between
+// files.
 #ifndef EIGEN_DONT_VECTORIZE
 #define EIGEN_DONT_VECTORIZE
 #endif

@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "common/linear/conjugate_gradients.h"
+#include "common/linear/dot.h"
 #include "common/linear/incomplete_cholesky.h"
 #include "common/linear/make.h"
-#include "common/linear/dot.h"
 #include "common/linear/multiply.h"
 #include "tests/linear_matrices.h"
 

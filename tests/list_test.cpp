@@ -42,7 +42,8 @@ TEST(List, EveryKernelHasItsFiles) {
 TEST(List, EverySceneIsThereAndOfItsDomain) {
   for (const verify::Kernel& kernel : verify::kernels())
     for (const auto* scenes : {&kernel.scenes, &kernel.more_scenes, &kernel.bench_scenes, &kernel.tsan_scenes})
-      for (const std::string& path : *scenes) EXPECT_TRUE(kernel.takes(path)) << kernel.name << ' ' << kernel.form << ": " << path;
+      for (const std::string& path : *scenes)
+        EXPECT_TRUE(kernel.takes(path)) << kernel.name << ' ' << kernel.form << ": " << path;
 }
 
 // A form is looked at by the thread sanitizer, or says which other form runs its code.

@@ -32,7 +32,8 @@ Body body_of(const World<double>& world, int i) {
 const Pose<double> somewhere = {{1, 2, 3}, {.1, -.7, .5, .5}, 0};
 
 template <class Add>
-Body made(Add add, const Heaviness& heaviness, const Pose<double>& pose = somewhere, const Motion<double>& motion = {}) {
+Body made(Add add, const Heaviness& heaviness, const Pose<double>& pose = somewhere,
+          const Motion<double>& motion = {}) {
   World<double> world = make_world();
   begin_body(world, pose, motion);
   add(world);
@@ -60,7 +61,10 @@ TEST(RigidMass, OfSimpleShapesIsThatOfClosedForms) {
   const auto integrate = [&](double from, double to, auto radius_2) {
     constexpr int steps = 1000;
     for (int i = 0; i <= steps; ++i) {
-      const double y = from + (to - from) * i / steps, weight = (i == 0 || i == steps ? 1 : i % 2 ? 4 : 2) * (to - from) / (3 * steps);
+      const double y = from + (to - from) * i / steps, weight = (i == 0 || i == steps ? 1
+                                                                 : i % 2              ? 4
+                                                                                      : 2) *
+                                                                (to - from) / (3 * steps);
       const double disc = weight * M_PI * radius_2(y);
       mass += disc;
       along += disc * radius_2(y) / 2;
@@ -81,7 +85,8 @@ TEST(RigidMass, OfAHullIsThatOfTheBox) {
     const Body hull = made(
         [&](auto& world) {
           std::vector<Vector> corners;
-          for (int i = 0; i < 8; ++i) corners.push_back(offset + Vector{i % 2 ? .5 : -.5, i / 2 % 2 ? 1. : -1., i / 4 ? 1.5 : -1.5});
+          for (int i = 0; i < 8; ++i)
+            corners.push_back(offset + Vector{i % 2 ? .5 : -.5, i / 2 % 2 ? 1. : -1., i / 4 ? 1.5 : -1.5});
           add_hull(world, make_hull(world.hulls, corners));
         },
         of_mass(12), {{1, 2, 3}, no_rotation, 0});
@@ -118,7 +123,8 @@ Vector angular_momentum(const Body& body, const Vector& spin) {
 
 TEST(RigidMass, OfACompoundIsThatOfItsParts) {
   // The body is an L of two boxes and a ball. It is turned and spins about its own origin.
-  const Pose<double> poses[] = {{{0, 1, 0}, no_rotation, 0}, {{1, 0, .5}, {0, .6, 0, .8}, 0}, {{-1, -.5, 0}, no_rotation, 0}};
+  const Pose<double> poses[] = {
+      {{0, 1, 0}, no_rotation, 0}, {{1, 0, .5}, {0, .6, 0, .8}, 0}, {{-1, -.5, 0}, no_rotation, 0}};
   const Motion<double> motion{{1, -2, 3}, {.5, 1, -1}, {}};
   World<double> world = make_world();
   begin_body(world, somewhere, motion);
@@ -161,7 +167,8 @@ TEST(RigidMass, OfACompoundIsThatOfItsParts) {
   for (int i = 0; i < 3; ++i) {
     const Pose<double>& local = world.colliders.local[i];
     for (const Vector& p : {Vector{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}})
-      expect_near(exact_place(all.pose, exact_place(local, p)), exact_place(somewhere, exact_place(poses[i], p)), 1e-14);
+      expect_near(exact_place(all.pose, exact_place(local, p)), exact_place(somewhere, exact_place(poses[i], p)),
+                  1e-14);
   }
 }
 
@@ -174,7 +181,11 @@ TEST(RigidMass, KeepsAxesThatArePrincipalAlready) {
       },
       of_mass(1));
   expect_pose(dumbbell.pose, somewhere);
-  const Body turned_cube = made([](auto& world) { add_box(world, {1, 1, 1}, {{0, 0, 0}, {.6, 0, 0, .8}, 0}); }, of_mass(1));
+  const Body turned_cube = made(
+      [](auto& world) {
+        add_box(world, {1, 1, 1}, {{0, 0, 0}, {.6, 0, 0, .8}, 0});
+      },
+      of_mass(1));
   expect_pose(turned_cube.pose, somewhere);
 }
 
@@ -200,11 +211,11 @@ TEST(RigidWorlds, ArePaddedWithWhatChangesNothing) {
   for (int n = 0; n < 40; ++n) {
     const auto& [bodies, colliders, hulls] = world;
     ASSERT_EQ(bodies.count, n);
-    for (const std::size_t size :
-         {bodies.pose.size(), bodies.motion.size(), bodies.inverse_mass.size(), bodies.friction.size(), bodies.restitution.size()})
+    for (const std::size_t size : {bodies.pose.size(), bodies.motion.size(), bodies.inverse_mass.size(),
+                                   bodies.friction.size(), bodies.restitution.size()})
       EXPECT_EQ(size, padded(n));
-    for (const std::size_t size : {colliders.kind.size(), colliders.body.size(), colliders.group.size(), colliders.local.size(),
-                                   colliders.hull.size(), colliders.size.size()})
+    for (const std::size_t size : {colliders.kind.size(), colliders.body.size(), colliders.group.size(),
+                                   colliders.local.size(), colliders.hull.size(), colliders.size.size()})
       EXPECT_EQ(size, padded(n));
     EXPECT_EQ(hulls.first_vertex.size(), padded(hulls.count + 1));
     EXPECT_EQ(hulls.vertex.size(), padded(hulls.first_vertex[hulls.count]));
@@ -221,7 +232,8 @@ TEST(RigidWorlds, ArePaddedWithWhatChangesNothing) {
       EXPECT_EQ(colliders.group[i], -1);
       EXPECT_EQ(colliders.size[i].w, 0);
     }
-    for (std::size_t i = hulls.count; i < padded(hulls.count + 1); ++i) EXPECT_EQ(hulls.first_vertex[i], hulls.first_vertex[hulls.count]);
+    for (std::size_t i = hulls.count; i < padded(hulls.count + 1); ++i)
+      EXPECT_EQ(hulls.first_vertex[i], hulls.first_vertex[hulls.count]);
     begin_body(world, no_offset);
     add_hull(world, make_hull(world.hulls, std::vector<Vector>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}));
     finish_body(world, of_mass(1));
@@ -237,16 +249,19 @@ TEST(RigidWorlds, AreRoundedToFloat) {
   };
   const auto &a = scene.world, &b = there_and_back;
   EXPECT_EQ(a.hulls.most_vertices, b.hulls.most_vertices);
-  EXPECT_TRUE(a.bodies.count == b.bodies.count && a.colliders.count == b.colliders.count && a.hulls.count == b.hulls.count);
+  EXPECT_TRUE(a.bodies.count == b.bodies.count && a.colliders.count == b.colliders.count &&
+              a.hulls.count == b.hulls.count);
   EXPECT_TRUE(same(a.bodies.pose, b.bodies.pose) && same(a.bodies.motion, b.bodies.motion));
   EXPECT_TRUE(same(a.bodies.inverse_mass, b.bodies.inverse_mass) && same(a.bodies.friction, b.bodies.friction));
   EXPECT_TRUE(same(a.bodies.restitution, b.bodies.restitution));
   EXPECT_TRUE(same(a.colliders.kind, b.colliders.kind) && same(a.colliders.local, b.colliders.local));
   EXPECT_TRUE(same(a.colliders.size, b.colliders.size) && same(a.colliders.hull, b.colliders.hull));
   EXPECT_TRUE(same(a.colliders.body, b.colliders.body) && same(a.colliders.group, b.colliders.group));
-  EXPECT_TRUE(same(a.hulls.vertex, b.hulls.vertex) && same(a.hulls.plane, b.hulls.plane) && same(a.hulls.corner, b.hulls.corner));
+  EXPECT_TRUE(same(a.hulls.vertex, b.hulls.vertex) && same(a.hulls.plane, b.hulls.plane) &&
+              same(a.hulls.corner, b.hulls.corner));
   EXPECT_TRUE(same(a.hulls.first_vertex, b.hulls.first_vertex) && same(a.hulls.first_face, b.hulls.first_face));
-  EXPECT_TRUE(same(a.hulls.first_corner, b.hulls.first_corner) && same(a.hulls.centre, b.hulls.centre) && same(a.hulls.half, b.hulls.half));
+  EXPECT_TRUE(same(a.hulls.first_corner, b.hulls.first_corner) && same(a.hulls.centre, b.hulls.centre) &&
+              same(a.hulls.half, b.hulls.half));
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Box against box: an independent test for overlap (libccd) and the exact oracle (exact_convex.h), over random pairs of many kinds.
+// Box against box: an independent test for overlap (libccd) and the exact oracle (exact_convex.h), over random pairs of
+// many kinds.
 #include <ccd/ccd.h>
 #include <ccd/quat.h>
 #include <gtest/gtest.h>
@@ -32,7 +33,8 @@ bool overlap_by_ccd(const ExactShape& a, const ExactShape& b) {
 // The distance of a point outside of a box, m; inside it is negative, the depth below the nearest face.
 double outside(const ExactShape& box, const Vector& point) {
   double most = -1e30;
-  for (std::size_t f = 0; f < box.face.size(); ++f) most = std::max(most, dot(box.normal[f], point - box.vertex[box.face[f][0]]));
+  for (std::size_t f = 0; f < box.face.size(); ++f)
+    most = std::max(most, dot(box.normal[f], point - box.vertex[box.face[f][0]]));
   return most;
 }
 

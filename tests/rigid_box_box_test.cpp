@@ -1,5 +1,5 @@
-// Box against box: closed forms, both versions bit by bit, and pairs in the other order. tests/rigid_box_box_exact_test.cpp compares
-// with the exact oracle.
+// Box against box: closed forms, both versions bit by bit, and pairs in the other order.
+// tests/rigid_box_box_exact_test.cpp compares with the exact oracle.
 #include <gtest/gtest.h>
 #include <omp.h>
 
@@ -24,7 +24,9 @@ struct OnePair {
     return run<float>(serial::box_box, boxes, margin, 1)[0];
   }
 };
-Pose<float> at(double x, double y, double z, const Quaternion<double>& q = {0, 0, 0, 1}) { return rounded<float>({{x, y, z}, q, 0}); }
+Pose<float> at(double x, double y, double z, const Quaternion<double>& q = {0, 0, 0, 1}) {
+  return rounded<float>({{x, y, z}, q, 0});
+}
 
 TEST(BoxBox, AlignedBoxesTouchInTheRectangleTheyShare) {
   const OnePair pair = {at(0, 0, 0), at(.5f, 1.75f, .25f), {1, 1, 1}, {1, .875f, .5f}};  // .125 deep, along y
@@ -38,7 +40,8 @@ TEST(BoxBox, AlignedBoxesTouchInTheRectangleTheyShare) {
     const auto& [p, separation] = m.point[k];
     EXPECT_EQ(separation, -.125f);
     EXPECT_EQ(p.y, 1 - .0625f);
-    low_x = std::min(low_x, p.x), high_x = std::max(high_x, p.x), low_z = std::min(low_z, p.z), high_z = std::max(high_z, p.z);
+    low_x = std::min(low_x, p.x), high_x = std::max(high_x, p.x), low_z = std::min(low_z, p.z),
+    high_z = std::max(high_z, p.z);
   }
   EXPECT_NEAR(low_x, -.5f, 5e-6);
   EXPECT_NEAR(high_x, 1, 5e-6);
@@ -59,7 +62,8 @@ TEST(BoxBox, TouchingIsContactAndAHairApartIsNot) {
 TEST(BoxBox, CrossedEdgesTouchInOnePoint) {
   // Two square beams, edge on edge, one along x and one along z: sqrt(2) each from centre to edge.
   const float up = 2 * std::sqrt(2.f) - .125f;
-  const OnePair pair = {at(0, 0, 0, about({1, 0, 0}, pi / 4)), at(.25f, up, .5f, about({0, 0, 1}, pi / 4)), {3, 1, 1}, {1, 1, 3}};
+  const OnePair pair = {
+      at(0, 0, 0, about({1, 0, 0}, pi / 4)), at(.25f, up, .5f, about({0, 0, 1}, pi / 4)), {3, 1, 1}, {1, 1, 3}};
   const Manifold<float> m = pair.collide(0);
   ASSERT_EQ(m.count, 1);
   EXPECT_NEAR(m.normal.y, 1, 1e-6);
@@ -72,7 +76,8 @@ TEST(BoxBox, CrossedEdgesTouchInOnePoint) {
 TEST(BoxBox, ACornerInAFaceIsOnePoint) {
   // A cube on its corner: the diagonal is upright.
   const Quaternion<double> upright = about({1, 0, -1}, std::acos(1 / std::sqrt(3.)));
-  const OnePair pair = {at(0, 0, 0), at(.25f, 1 + .5f * std::sqrt(3.f) - .0625f, .125f, upright), {1, 1, 1}, {.5f, .5f, .5f}};
+  const OnePair pair = {
+      at(0, 0, 0), at(.25f, 1 + .5f * std::sqrt(3.f) - .0625f, .125f, upright), {1, 1, 1}, {.5f, .5f, .5f}};
   const Manifold<float> m = pair.collide(0);
   EXPECT_NEAR(m.normal.y, 1, 1e-6);
   float least = 1;
@@ -133,7 +138,8 @@ TEST(BoxBox, BothVersionsGiveTheSameBits) {
       omp_set_num_threads(threads);
       expect_same(serial, run<float>(openmp::box_box, boxes, margin, boxes.pairs.size()));
       for (const std::size_t count : {0, 1, 2, 15, 16, 17, 33, 300})
-        expect_same(run<float>(serial::box_box, boxes, margin, count), run<float>(openmp::box_box, boxes, margin, count));
+        expect_same(run<float>(serial::box_box, boxes, margin, count),
+                    run<float>(openmp::box_box, boxes, margin, count));
     }
   }
   omp_set_num_threads(omp_get_num_procs());

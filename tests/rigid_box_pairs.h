@@ -37,7 +37,8 @@ struct Boxes {
   ExactShape exact(int i) const { return exact_box(half(i), pose[i]); }
   double size(int pair) const {
     double largest = 0;
-    for (const int i : {2 * pair, 2 * pair + 1}) largest = std::max({largest, double(half(i).x), double(half(i).y), double(half(i).z)});
+    for (const int i : {2 * pair, 2 * pair + 1})
+      largest = std::max({largest, double(half(i).x), double(half(i).y), double(half(i).z)});
     return largest;
   }
 };
@@ -114,15 +115,18 @@ inline void add_pair(Boxes<float>& boxes, Random& random, int sort) {
     turn = no_rotation, shift = {double(random.below(9)), double(random.below(9)), double(random.below(9))};
   } else if (sort == equal_sizes) {
     half_b = half_a;
-    b.orientation = random.square_rotation(pi / 2) * about(random.direction(), random.below(2) ? 0 : random.log_within(1e-8, 1e-2));
+    b.orientation =
+        random.square_rotation(pi / 2) * about(random.direction(), random.below(2) ? 0 : random.log_within(1e-8, 1e-2));
     b.position = {0, 2 * half_a.y, 0};
     push_apart(random.below(2) ? 0 : random.within(-.02, .02));
   } else if (sort == coincident) {
     b.position = random.below(2) ? Vector{0, 0, 0} : random.vector(1e-6);
     if (random.below(2)) half_b = half_a, b.orientation = no_rotation;
   } else if (sort == needles) {
-    half_a = {1, random.log_within(1e-3, 1e-2), random.log_within(1e-3, 1e-2)}, half_b = {random.log_within(1e-3, 1e-2), 1, .5};
-    if (random.below(2)) b.orientation = about(random.direction(), random.log_within(1e-8, 1e-2)) * about({0, 0, 1}, pi / 2);
+    half_a = {1, random.log_within(1e-3, 1e-2), random.log_within(1e-3, 1e-2)},
+    half_b = {random.log_within(1e-3, 1e-2), 1, .5};
+    if (random.below(2))
+      b.orientation = about(random.direction(), random.log_within(1e-8, 1e-2)) * about({0, 0, 1}, pi / 2);
     push_apart(random.within(-.01, .01));
   } else if (sort == ratio) {
     half_a = random.half(20, 100), half_b = random.half(.02, .2);
@@ -134,12 +138,14 @@ inline void add_pair(Boxes<float>& boxes, Random& random, int sort) {
     half_a.x = half_b.x = 1;
     const Quaternion<double> up = about({1, 0, 0}, pi / 4 + random.below(2) * random.log_within(1e-6, .3));
     b.orientation = conjugate(up) * b.orientation;
-    b.position = matrix_of(conjugate(up)) * Vector{random.within(-.5, .5), random.within(.3, 1.3), random.within(-.2, .2)};
+    b.position =
+        matrix_of(conjugate(up)) * Vector{random.within(-.5, .5), random.within(.3, 1.3), random.within(-.2, .2)};
     push_apart(random.within(-.05, .05));
   }
   const Matrix3<double> m = matrix_of(turn);
   boxes.add(rounded<float>({shift, turn, 0}), {float(half_a.x), float(half_a.y), float(half_a.z)});
-  boxes.add(rounded<float>({shift + m * b.position, turn * b.orientation, 0}), {float(half_b.x), float(half_b.y), float(half_b.z)});
+  boxes.add(rounded<float>({shift + m * b.position, turn * b.orientation, 0}),
+            {float(half_b.x), float(half_b.y), float(half_b.z)});
 }
 
 inline Boxes<float> random_boxes(int count, int seed) {

@@ -75,8 +75,8 @@ inline Boxes random_scene(Random& random, int count) {
   const float fixed = random.chance(.5f) ? 0 : random.real(0, 1), planes = random.chance(.7f) ? 0 : .1f;
   const auto position = [&]() -> float {
     switch (places) {
-      case 0: return offset;                                                                         // all in one place
-      case 1: return offset + static_cast<float>(random.integer(-5, 5));                             // on a lattice
+      case 0: return offset;                                                     // all in one place
+      case 1: return offset + static_cast<float>(random.integer(-5, 5));         // on a lattice
       case 2: return offset + random.real(-1, 1) * random.real(-1, 1) * extent;  // denser in the middle
       case 3: return random.chance(.05f) ? random.real(-1e6f, 1e6f) : random.real(-extent, extent);  // some far
       default: return offset + random.real(-extent, extent);

@@ -13,7 +13,9 @@ TEST_F(BroadPhase, FindsThePairsOfTenThousandSmallScenes) {
   long found = 0;
   for (int k = 0; k < 10'000 && !HasFailure(); ++k) {
     SCOPED_TRACE(k);
-    const Boxes scene = random_scene(random, k < 20 ? k : random.chance(.3f) ? random.integer(0, 200) : random.integer(0, 60));
+    const Boxes scene = random_scene(random, k < 20               ? k
+                                             : random.chance(.3f) ? random.integer(0, 200)
+                                                                  : random.integer(0, 60));
     const Pairs expected = brute_force(scene);
     found += static_cast<long>(expected.size());
     const Tree<float> tree = expect_serial_pairs(scene, expected, states);

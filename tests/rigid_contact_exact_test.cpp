@@ -1,4 +1,5 @@
-// Projected Gauss-Seidel, run to convergence, against solutions of the same complementarity problem by pivoting (tests/contact_exact.h).
+// Projected Gauss-Seidel, run to convergence, against solutions of the same complementarity problem by pivoting
+// (tests/contact_exact.h).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -44,7 +45,8 @@ void expect_solution(const Problem<double>& problem, Friction kind, Solve solve)
 
     const VectorXd q = pivoted(s, wanted);
     ASSERT_EQ(q.size(), p.size());
-    const double noise = 1e-10 * (1 + q.cwiseAbs().maxCoeff()) / s.row_mass.minCoeff();  // as in noise_of, in the speed of a row
+    // As in noise_of, in the speed of a row.
+    const double noise = 1e-10 * (1 + q.cwiseAbs().maxCoeff()) / s.row_mass.minCoeff();
     EXPECT_LE(residual(s, wanted, q), noise);
     if (resting && kind == Friction::any) continue;
     const double contraction = slides ? contraction_of(s, s.friction.maxCoeff()) : 0;
@@ -92,7 +94,8 @@ TEST(ContactSolver, BoxOnTheGroundIsTheExactSolution) {
   for (const Vector& velocity : {Vector{0, -1, 0}, Vector{.2, -2, .1}}) {
     Problem<double> p;
     const int ground = add_ground(p);
-    const int box = add_box(p, box_half, {.position = {0, box_half.y, 0}, .mass = 2, .velocity = velocity, .friction = .64});
+    const int box =
+        add_box(p, box_half, {.position = {0, box_half.y, 0}, .mass = 2, .velocity = velocity, .friction = .64});
     touch(p, ground, box, {0, 1, 0}, rectangle({0, 0, 0}, {box_half.x, 0, 0}, {0, 0, box_half.z}, -.002));
     expect_solution(p, Friction::sticks);
   }
@@ -100,7 +103,8 @@ TEST(ContactSolver, BoxOnTheGroundIsTheExactSolution) {
 
 TEST(ContactSolver, BoxOnASlopeIsTheExactSolution) {
   expect_solution(box_on_slope(slope, {0, -1, 0}, .8), Friction::sticks);
-  for (const double friction : {0., .05, .2}) expect_solution(box_on_slope(slope, {.1, -1, .2}, friction), Friction::any);
+  for (const double friction : {0., .05, .2})
+    expect_solution(box_on_slope(slope, {.1, -1, .2}, friction), Friction::any);
   expect_solution(box_on_slope(slope, {.1, -1, .2}, 0), Friction::sticks);
 }
 
@@ -146,7 +150,8 @@ TEST(ContactSolver, SlidingSpheresAreTheExactSolution) {
     constexpr double radius = .5;
     for (int i = 0; i < 12; ++i) {
       const int to = i == 0 ? 0 : random() % i;
-      const Vector away = unit(vector()), at = i == 0 ? Vector{0, 0, 0} : p.bodies.pose[to].position + 2 * radius * away;
+      const Vector away = unit(vector()),
+                   at = i == 0 ? Vector{0, 0, 0} : p.bodies.pose[to].position + 2 * radius * away;
       const double mass = 1 + .5 * uniform(random);
       add(p, {.position = at,
               .mass = mass,

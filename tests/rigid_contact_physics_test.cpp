@@ -63,8 +63,17 @@ TEST(ContactPhysics, SpheresCollideHeadOn) {
           constexpr double m1 = 1, v1 = 2, v2 = -1;
           const SolverSettings settings{.time_step = .01, .gravity = {0, 0, 0}, .substeps = substeps};
           Problem<double> p;
-          add(p, {.position = {-.5, 0, 0}, .mass = m1, .inertia = {.1, .1, .1}, .velocity = {v1, 0, 0}, .friction = .5, .restitution = e});
-          add(p, {.position = {.5 + apart, 0, 0}, .mass = m2, .inertia = {.1, .1, .1}, .velocity = {v2, 0, 0}, .friction = .5});
+          add(p, {.position = {-.5, 0, 0},
+                  .mass = m1,
+                  .inertia = {.1, .1, .1},
+                  .velocity = {v1, 0, 0},
+                  .friction = .5,
+                  .restitution = e});
+          add(p, {.position = {.5 + apart, 0, 0},
+                  .mass = m2,
+                  .inertia = {.1, .1, .1},
+                  .velocity = {v2, 0, 0},
+                  .friction = .5});
           touch(p, 0, 1, {1, 0, 0}, {{{.5 * apart, 0, 0}, apart}});
           solve_original(settings, p);
           const double bound = drift_bound(assemble(settings, p), impulses_of(p), 2 * substeps + 2, u);
@@ -87,7 +96,8 @@ TEST(ContactPhysics, WithoutStaticBodiesMomentumIsKept) {
       const VectorXd v = velocities(p.bodies.motion, count);
       Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();
       for (int i = 0; i < count; ++i) {
-        const Eigen::Vector3d linear = v.segment<3>(6 * i) / s.inverse_mass(6 * i, 6 * i), at = eigen(p.bodies.pose[i].position);
+        const Eigen::Vector3d linear = v.segment<3>(6 * i) / s.inverse_mass(6 * i, 6 * i),
+                              at = eigen(p.bodies.pose[i].position);
         const Eigen::Matrix3d inertia = s.inverse_mass.block<3, 3>(6 * i + 3, 6 * i + 3).inverse();
         sum.head<3>() += linear;
         sum.tail<3>() += at.cross(linear) + inertia * v.segment<3>(6 * i + 3);
@@ -97,7 +107,8 @@ TEST(ContactPhysics, WithoutStaticBodiesMomentumIsKept) {
     const Eigen::Matrix<double, 6, 1> before = momentum();
     solve_original(settings, p);
     // Each velocity is off by the drift. Bodies lie within 4 m of the origin and weigh 2.5 kg at most.
-    const double drift = drift_bound(s, impulses_of(p), settings.substeps * (settings.biased_sweeps + settings.relax_sweeps) + 2, u);
+    const double drift =
+        drift_bound(s, impulses_of(p), settings.substeps * (settings.biased_sweeps + settings.relax_sweeps) + 2, u);
     EXPECT_LE((momentum() - before).cwiseAbs().maxCoeff(), count * 2.5 * (1 + 2 * 4) * drift) << seed;
     EXPECT_GT((velocities(p.bodies.motion, count) - s.before).norm(), .5);
   }
@@ -107,7 +118,8 @@ TEST(ContactPhysics, WithoutStaticBodiesMomentumIsKept) {
 Problem<double> ball(double separation, double speed_down) {
   Problem<double> p;
   const int ground = add_ground(p);
-  const int b = add(p, {.position = {0, .5 + separation, 0}, .mass = 2, .inertia = {.2, .2, .2}, .velocity = {0, -speed_down, 0}});
+  const int b = add(
+      p, {.position = {0, .5 + separation, 0}, .mass = 2, .inertia = {.2, .2, .2}, .velocity = {0, -speed_down, 0}});
   touch(p, ground, b, {0, 1, 0}, {{{0, .5 * separation, 0}, separation}});
   return p;
 }
@@ -120,7 +132,8 @@ TEST(ContactPhysics, APointThatIsApartMayJustMeet) {
         Problem<double> p = ball(apart, speed);
         solve_original(settings, p);
         const double reaches = std::min(apart, speed * settings.time_step);
-        EXPECT_NEAR(p.moving[1].velocity.y * settings.time_step, -reaches, 16 * (substeps + 1) * u * speed * settings.time_step);
+        EXPECT_NEAR(p.moving[1].velocity.y * settings.time_step, -reaches,
+                    16 * (substeps + 1) * u * speed * settings.time_step);
       }
       Problem<double> slow = ball(apart, .05);
       solve_original(settings, slow);
@@ -136,7 +149,8 @@ TEST(ContactPhysics, APenetrationIsPushedOutAndLeavesNoSpeed) {
   for (const int substeps : {1, 3, 5})
     for (const double depth : {.0002, .01, 1.}) {
       const SolverSettings settings{.time_step = .01, .gravity = {0, 0, 0}, .substeps = substeps};
-      const double h = settings.time_step / substeps, w = 2 * std::numbers::pi * std::min(settings.hertz, .25 / h), z = settings.damping;
+      const double h = settings.time_step / substeps, w = 2 * std::numbers::pi * std::min(settings.hertz, .25 / h),
+                   z = settings.damping;
       double deep = depth;
       for (int i = 0; i < substeps; ++i) {
         const double soft = h * w * (2 * z + h * w);
@@ -145,7 +159,8 @@ TEST(ContactPhysics, APenetrationIsPushedOutAndLeavesNoSpeed) {
       Problem<double> p = ball(-depth, 0);
       solve_original(settings, p);
       const double bound = 16 * (substeps + 1) * u * settings.max_bias_velocity;
-      EXPECT_NEAR(p.moving[1].velocity.y, (depth - deep) / settings.time_step, bound + 16 * u * depth / settings.time_step);
+      EXPECT_NEAR(p.moving[1].velocity.y, (depth - deep) / settings.time_step,
+                  bound + 16 * u * depth / settings.time_step);
       EXPECT_NEAR(p.bodies.motion[1].velocity.y, 0, bound);
     }
 }
@@ -159,7 +174,8 @@ TEST(ContactPhysics, AConveyorCarriesABox) {
   const SolverSettings settings = thorough({0, -g, 0});
   for (int step = 1; step <= 40; ++step) {
     solve_original(settings, p);
-    EXPECT_NEAR(p.bodies.motion[1].velocity.x, std::min(step * settings.time_step * friction * g, speed), steps_bound(settings, p, step));
+    EXPECT_NEAR(p.bodies.motion[1].velocity.x, std::min(step * settings.time_step * friction * g, speed),
+                steps_bound(settings, p, step));
   }
   EXPECT_EQ(std::memcmp(&conveyor, &p.bodies.motion[0], sizeof conveyor), 0);
 }

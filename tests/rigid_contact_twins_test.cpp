@@ -17,9 +17,11 @@ void expect_same_bits(const SolverSettings& settings, const Problem<float>& prob
   for (const int threads : thread_counts) {
     omp_set_num_threads(threads);
     const auto expect = [&](const Problem<float>& expected, const Problem<float>& p, const char* form) {
-      EXPECT_TRUE(same_bits(expected.bodies.motion, p.bodies.motion)) << form << ' ' << problem.manifolds.size() << ' ' << threads;
+      EXPECT_TRUE(same_bits(expected.bodies.motion, p.bodies.motion))
+          << form << ' ' << problem.manifolds.size() << ' ' << threads;
       EXPECT_TRUE(same_bits(expected.moving, p.moving)) << form << ' ' << problem.manifolds.size() << ' ' << threads;
-      EXPECT_TRUE(same_bits(expected.impulses, p.impulses)) << form << ' ' << problem.manifolds.size() << ' ' << threads;
+      EXPECT_TRUE(same_bits(expected.impulses, p.impulses))
+          << form << ' ' << problem.manifolds.size() << ' ' << threads;
     };
     Problem<float> p = problem;
     openmp::contact_solver_original(settings, p.manifolds, p.body, p.bodies, p.impulses, p.moving);
@@ -35,10 +37,17 @@ const SolverSettings as_usual{.time_step = 1 / 60., .gravity = {.1, -g, .2}};
 TEST(ContactTwins, OfAnyNumberOfContacts) {
   expect_same_bits(as_usual, Problem<float>{});
   unsigned seed = 1;
-  for (const int contacts : {0, 1, 2, 15, 16, 17, 33, 200}) expect_same_bits(as_usual, crowd(2 + contacts, contacts, .2, seed++));
-  expect_same_bits({.time_step = .02, .gravity = {0, -g, 0}, .substeps = 2, .biased_sweeps = 2, .relax_sweeps = 3, .bounce_from = .1},
+  for (const int contacts : {0, 1, 2, 15, 16, 17, 33, 200})
+    expect_same_bits(as_usual, crowd(2 + contacts, contacts, .2, seed++));
+  expect_same_bits({.time_step = .02,
+                    .gravity = {0, -g, 0},
+                    .substeps = 2,
+                    .biased_sweeps = 2,
+                    .relax_sweeps = 3,
+                    .bounce_from = .1},
                    crowd(100, 300, .1, seed++));
-  expect_same_bits({.time_step = .02, .gravity = {0, -g, 0}, .substeps = 1, .biased_sweeps = 0, .relax_sweeps = 0}, crowd(100, 300, .1, seed++));
+  expect_same_bits({.time_step = .02, .gravity = {0, -g, 0}, .substeps = 1, .biased_sweeps = 0, .relax_sweeps = 0},
+                   crowd(100, 300, .1, seed++));
 }
 
 TEST(ContactTwins, OfManyContactsAndMostlyStaticBodies) {
@@ -50,7 +59,8 @@ TEST(ContactTwins, OfManyContactsAndMostlyStaticBodies) {
 // Every contact waits for the one before it: each batch and each level has one contact.
 TEST(ContactTwins, OfOneBodyThatAllOthersTouch) {
   Problem<float> p = crowd(300, 300, 0, 31);
-  for (std::size_t k = 0; k < p.manifolds.size(); ++k) p.manifolds[k].a = 0, p.manifolds[k].b = 2 + static_cast<std::int32_t>(k * 7 % 598);
+  for (std::size_t k = 0; k < p.manifolds.size(); ++k)
+    p.manifolds[k].a = 0, p.manifolds[k].b = 2 + static_cast<std::int32_t>(k * 7 % 598);
   expect_same_bits(as_usual, p);
 }
 

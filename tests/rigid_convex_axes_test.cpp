@@ -66,10 +66,12 @@ TEST(Convexes, TurnedRoundIsMirrored) {
 TEST(Convexes, Degenerate) {
   Random random;
   Cases cases;
-  const int needle = make_hull(cases.world.hulls, std::vector<Vector>{{-5, 0, 0}, {5, .01, 0}, {5, -.01, .01}, {5, -.01, -.01}});
+  const int needle =
+      make_hull(cases.world.hulls, std::vector<Vector>{{-5, 0, 0}, {5, .01, 0}, {5, -.01, .01}, {5, -.01, -.01}});
   const int plate = make_hull(
       cases.world.hulls,
-      std::vector<Vector>{{1, 0, 1}, {-1, 0, 1}, {-1, 0, -1}, {1, 0, -1}, {1, .001, 1}, {-1, .001, 1}, {-1, .001, -1}, {1, .001, -1}});
+      std::vector<Vector>{
+          {1, 0, 1}, {-1, 0, 1}, {-1, 0, -1}, {1, 0, -1}, {1, .001, 1}, {-1, .001, 1}, {-1, .001, -1}, {1, .001, -1}});
   const int tetrahedron = make_hull(cases.world.hulls, std::vector<Vector>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
   const auto cube = [&](const Vector& p) { cases.box({1, 1, 1}, at(p)); };
   const Vector touching[] = {{2, 2, 2}, {2, 2, 0}, {2, 0, 0}, {2, 2, .5}, {2, .5, .5}, {0, 0, 0}, {1, 1, 1}, {0, 0, 1}};

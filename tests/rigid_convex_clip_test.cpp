@@ -1,4 +1,5 @@
-// Contact points of convex shapes: against an exact oracle (tests/exact_convex.h), closed forms, and openmp against serial.
+// Contact points of convex shapes: against an exact oracle (tests/exact_convex.h), closed forms, and openmp against
+// serial.
 #include <gtest/gtest.h>
 #include <omp.h>
 
@@ -198,7 +199,8 @@ TEST(Convexes, LanesHaveTheBitsOfTheSerialCode) {
         openmp.openmp(.02f);
         for (int k = 0; k < count; ++k) {
           ASSERT_EQ(std::memcmp(&openmp.simplex[k], &serial->simplex[k], sizeof(Simplex)), 0) << k;
-          ASSERT_EQ(std::memcmp(&openmp.manifold[k], &serial->manifold[k], sizeof(Manifold<float>)), 0) << k << " of " << count;
+          ASSERT_EQ(std::memcmp(&openmp.manifold[k], &serial->manifold[k], sizeof(Manifold<float>)), 0)
+              << k << " of " << count;
         }
       }
     }

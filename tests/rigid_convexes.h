@@ -29,7 +29,9 @@ struct Cases {
   void box(const Vector& half, const Pose<double>& at) { add_box(world, half), pose.push_back(at); }
   void hull(int which, const Pose<double>& at) { add_hull(world, which), pose.push_back(at); }
   void sphere(double radius, const Pose<double>& at) { add_sphere(world, radius), pose.push_back(at); }
-  void capsule(double half, double radius, const Pose<double>& at) { add_capsule(world, half, radius), pose.push_back(at); }
+  void capsule(double half, double radius, const Pose<double>& at) {
+    add_capsule(world, half, radius), pose.push_back(at);
+  }
   // Adds a triangle. If the pose is at rest, its corners are the given ones; the collider stands at their middle.
   void triangle(const Vector& p, const Vector& q, const Vector& r, const Pose<double>& at) {
     add_mesh(world, Mesh{{p, q, r}, {{0, 1, 2}}});
@@ -51,7 +53,8 @@ struct Collided {
   Collided(const Cases& cases, bool turned_round = false) : world(convert<Real>(cases.world)) {
     for (const auto& [p, q, unused] : cases.pose)
       pose.push_back({{Real(p.x), Real(p.y), Real(p.z)}, {Real(q.x), Real(q.y), Real(q.z), Real(q.w)}, 0});
-    for (int k = 0; k + 1 < static_cast<int>(pose.size()); k += 2) pairs.push_back(turned_round ? Pair{k + 1, k} : Pair{k, k + 1});
+    for (int k = 0; k + 1 < static_cast<int>(pose.size()); k += 2)
+      pairs.push_back(turned_round ? Pair{k + 1, k} : Pair{k, k + 1});
     simplex.resize(pairs.size());
     axis.resize(pairs.size());
     manifold.resize(pairs.size());
@@ -155,7 +158,8 @@ inline void expect_sound(const Collided<float>& run, int k, float margin) {
 inline std::vector<int> random_hulls(Hulls<double>& hulls, Random& random, int count, int least, int most) {
   std::vector<int> result;
   for (int k = 0; k < count; ++k)
-    result.push_back(random_hull(hulls, random, least + k % (most - least + 1), {random.in(.3, 1), random.in(.3, 1), random.in(.3, 1)}));
+    result.push_back(random_hull(hulls, random, least + k % (most - least + 1),
+                                 {random.in(.3, 1), random.in(.3, 1), random.in(.3, 1)}));
   return result;
 }
 

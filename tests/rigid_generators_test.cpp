@@ -53,7 +53,8 @@ void expect_to_stand(const World<double>& world) {
     for (std::size_t j = i + 1; j < blocks.size() && blocks[j].low.x < blocks[i].high.x - near; ++j) {
       const Block &a = blocks[i], &b = blocks[j];
       if (!(a.low.z < b.high.z - near && b.low.z < a.high.z - near)) continue;
-      EXPECT_FALSE(a.low.y < b.high.y - near && b.low.y < a.high.y - near) << "at " << b.low.x << ' ' << b.low.y << ' ' << b.low.z;
+      EXPECT_FALSE(a.low.y < b.high.y - near && b.low.y < a.high.y - near)
+          << "at " << b.low.x << ' ' << b.low.y << ' ' << b.low.z;
       stands[i] |= std::abs(a.low.y - b.high.y) <= near;
       stands[j] |= std::abs(b.low.y - a.high.y) <= near;
     }
@@ -150,13 +151,15 @@ TEST(RigidGenerators, SoupsAreAsDenseAsAsked) {
     double border = 0;
     for (int i = 0; i < count; ++i) {
       shapes.push_back(exact_collider(world, i));
-      for (const Vector& v : shapes.back().vertex) border = std::max({border, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+      for (const Vector& v : shapes.back().vertex)
+        border = std::max({border, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
     }
     std::vector<char> overlaps(count);
     for (int i = 0; i < count; ++i)
       for (int k = 0; k < i; ++k) {
         const Vector apart = world.bodies.pose[i].position - world.bodies.pose[k].position;
-        if (dot(apart, apart) > 1.9 * 1.9 || (overlaps[i] && overlaps[k])) continue;  // the largest reach .92 m from their middle
+        // The largest reach .92 m from their middle.
+        if (dot(apart, apart) > 1.9 * 1.9 || (overlaps[i] && overlaps[k])) continue;
         if (exact_separation(shapes[i], shapes[k]).separation <= 0) overlaps[i] = overlaps[k] = true;
       }
     int inner = 0, hits = 0;
@@ -173,10 +176,13 @@ TEST(RigidGenerators, SoupsAreAsDenseAsAsked) {
 }
 
 TEST(RigidMemory, CountsWhatAWorldAllocates) {
-  const auto bytes = [](const auto&... arrays) { return (0. + ... + static_cast<double>(arrays.capacity() * sizeof(arrays[0]))); };
+  const auto bytes = [](const auto&... arrays) {
+    return (0. + ... + static_cast<double>(arrays.capacity() * sizeof(arrays[0])));
+  };
   const auto bytes_of = [&](const auto& world) {
     const auto& [b, c, h] = world;
-    return bytes(b.pose, b.motion, b.inverse_mass, b.friction, b.restitution) + bytes(c.kind, c.body, c.group, c.local, c.hull, c.size) +
+    return bytes(b.pose, b.motion, b.inverse_mass, b.friction, b.restitution) +
+           bytes(c.kind, c.body, c.group, c.local, c.hull, c.size) +
            bytes(h.vertex, h.plane, h.corner, h.first_vertex, h.first_face, h.first_corner, h.centre, h.half);
   };
   World<double> bodies = make_world(), mesh = make_world();
@@ -186,7 +192,8 @@ TEST(RigidMemory, CountsWhatAWorldAllocates) {
   const double of_bodies = bytes_of(bodies) + bytes_of(convert<float>(bodies));
   const double of_mesh = bytes_of(mesh) + bytes_of(convert<float>(mesh));
   EXPECT_LE(of_bodies, making_bytes(pyramid_bodies(20), 0));
-  EXPECT_GE(of_bodies, making_bytes(pyramid_bodies(20), 0) / 4) << "what is needed in making, too, but not out of all proportion";
+  EXPECT_GE(of_bodies, making_bytes(pyramid_bodies(20), 0) / 4)
+      << "what is needed in making, too, but not out of all proportion";
   EXPECT_LE(of_mesh, making_bytes(0, 5120));
   EXPECT_GE(of_mesh, making_bytes(0, 5120) / 4);
 }

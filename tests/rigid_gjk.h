@@ -39,7 +39,9 @@ inline const double thin_good = 1 / least_width;
 inline constexpr double stuck = 128;
 // --- Shapes
 
-inline double any(Random& random, double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
+inline double any(Random& random, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(random);
+}
 inline int any_below(Random& random, int n) { return std::uniform_int_distribution<int>(0, n - 1)(random); }
 inline Vector any_direction(Random& random) {
   std::normal_distribution<double> normal;
@@ -58,7 +60,8 @@ inline std::vector<Vector> points_on_sphere(Random& random, int n) {
 // reads no more of a hull.
 inline int add_vertices(Hulls<double>& hulls, const std::vector<Vector>& points) {
   const int hull = hulls.count++, first = hulls.first_vertex[hull], end = first + static_cast<int>(points.size());
-  hulls.vertex.resize(padded(end)), hulls.first_vertex.resize(padded(hull + 2)), hulls.first_face.resize(padded(hull + 2));
+  hulls.vertex.resize(padded(end)), hulls.first_vertex.resize(padded(hull + 2)),
+      hulls.first_face.resize(padded(hull + 2));
   hulls.centre.resize(padded(hull + 1)), hulls.half.resize(padded(hull + 1));
   Vector low = points[0], high = points[0];
   for (int k = first; k < end; ++k) {
@@ -90,7 +93,8 @@ inline std::vector<int> add_kinds(Random& random, Hulls<double>& hulls) {
       flat[l].y = 0;
       needle[l].y *= width, needle[l].z *= width * any(random, 0, 1);
       thrice[l] = thrice[l / 3];
-      grid[l] = 1e-6 * grid[l] + Vector{any_below(random, 3) - 1., any_below(random, 3) - 1., any_below(random, 3) - 1.};
+      grid[l] =
+          1e-6 * grid[l] + Vector{any_below(random, 3) - 1., any_below(random, 3) - 1., any_below(random, 3) - 1.};
     }
     for (const std::vector<Vector>& points : {flat, thrice, grid, needle}) added.push_back(add_vertices(hulls, points));
   }
@@ -105,7 +109,9 @@ struct Scene {
 
   void pair(int a, int b) { pairs.push_back({a, b}); }
   bool has_thin(const Pair& pair) const {
-    const auto is_thin = [&](int collider) { return std::count(thin.begin(), thin.end(), shapes.colliders.hull[collider]) > 0; };
+    const auto is_thin = [&](int collider) {
+      return std::count(thin.begin(), thin.end(), shapes.colliders.hull[collider]) > 0;
+    };
     return is_thin(pair.a) || is_thin(pair.b);
   }
 };
@@ -139,7 +145,8 @@ inline Scene all_kinds(Random& random, int pairs) {
     };
     const int a = add(where);
     Vector step = any(random, 0, 2.8) * any_direction(random);
-    if (along_axes) step = .25 * Vector{any_below(random, 9) - 4., any_below(random, 9) - 4., any_below(random, 9) - 4.};
+    if (along_axes)
+      step = .25 * Vector{any_below(random, 9) - 4., any_below(random, 9) - 4., any_below(random, 9) - 4.};
     if (coincident) step = {0, 0, 0};
     scene.pair(a, add(where + step));
   }
@@ -210,10 +217,12 @@ template <class Real>
 double measure(const Placed<Real>& placed, const Pair& pair) {
   const auto reach = [&](int collider) {
     double farthest = 0;
-    for (const Vector& v : corners(placed, collider)) farthest = std::max(farthest, length(v - in_double(placed.pose[collider].position)));
+    for (const Vector& v : corners(placed, collider))
+      farthest = std::max(farthest, length(v - in_double(placed.pose[collider].position)));
     return farthest;
   };
-  return reach(pair.a) + reach(pair.b) + length(in_double(placed.pose[pair.b].position) - in_double(placed.pose[pair.a].position));
+  return reach(pair.a) + reach(pair.b) +
+         length(in_double(placed.pose[pair.b].position) - in_double(placed.pose[pair.a].position));
 }
 
 // --- Running it

@@ -74,15 +74,16 @@ TEST(Gjk, YesOrNoOverAMillionPairs) {
       const Pair& pair = scene.pairs[k];
       const Closest<float>& c = answer.closest[k];
       const Support a = {corners(placed, pair.a), 0}, b = {corners(placed, pair.b), 0};
-      const double scale = unit_roundoff<float> * measure(placed, pair), bound = (scene.has_thin(pair) ? thin_good : good) * scale;
+      const double scale = unit_roundoff<float> * measure(placed, pair),
+                   bound = (scene.has_thin(pair) ? thin_good : good) * scale;
       const bool overlap = ccd_overlap(a, b);
       overlaps += overlap, differ += overlap != (c.distance == 0);
       const Vector on_a = in_double(c.on_a), on_b = in_double(c.on_b);
       if (!(c.distance >= 0 && std::isfinite(length(on_a) + length(on_b)))) ++not_finite;
       if (c.distance > bound || (c.distance > 0 && overlap)) {
-        const double apart =
-            std::max({planes_apart(a.corner, b.corner, on_b - on_a), planes_apart(a.corner, b.corner, in_truth[k].on_b - in_truth[k].on_a),
-                      planes_apart(a.corner, b.corner, answer.simplex[k])});
+        const double apart = std::max({planes_apart(a.corner, b.corner, on_b - on_a),
+                                       planes_apart(a.corner, b.corner, in_truth[k].on_b - in_truth[k].on_a),
+                                       planes_apart(a.corner, b.corner, answer.simplex[k])});
         ASSERT_GE(apart, c.distance - bound) << "pair " << done + k << ", " << c.iterations << " iterations";
         doubtful += apart < c.distance - good * scale;
       }

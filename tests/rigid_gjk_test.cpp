@@ -1,5 +1,6 @@
-// Closest points of convex cores: closed forms, the exact oracle (exact_convex.h), symmetry, any start, no NaN, and both versions bit by
-// bit. Overlap against an independent implementation is tested in tests/rigid_gjk_overlap_test.cpp.
+// Closest points of convex cores: closed forms, the exact oracle (exact_convex.h), symmetry, any start, no NaN, and
+// both versions bit by bit. Overlap against an independent implementation is tested in
+// tests/rigid_gjk_overlap_test.cpp.
 #include <gtest/gtest.h>
 #include <omp.h>
 
@@ -112,7 +113,8 @@ void expect_exact(int pairs) {
     if (exact < bound) continue;
     ++apart;
     // A world coordinate is also rounded in proportion to the place of the pair, and by the turn.
-    const double in_world = bound + 8 * unit_roundoff<Real> * (length(in_double(placed.pose[pair.a].position)) + measure(placed, pair));
+    const double in_world =
+        bound + 8 * unit_roundoff<Real> * (length(in_double(placed.pose[pair.a].position)) + measure(placed, pair));
     const Vector on_a = in_double(c.on_a), on_b = in_double(c.on_b);
     ASSERT_NEAR(length(on_b - on_a), c.distance, in_world) << "pair " << k;
     ASSERT_LE(exact_separation(a, exact_shape({on_a}, {})).separation, in_world) << "pair " << k;
@@ -136,7 +138,8 @@ TEST(Gjk, TurnedRoundTheDistanceIsTheSame) {
   const auto back = run<float>(serial::gjk, rounded.placed(), turned).closest;
   for (std::size_t k = 0; k < turned.size(); ++k)
     ASSERT_NEAR(there[k].distance, back[k].distance,
-                2 * (scene.has_thin(turned[k]) ? thin_good : good) * unit_roundoff<float> * measure(rounded.placed(), turned[k]))
+                2 * (scene.has_thin(turned[k]) ? thin_good : good) * unit_roundoff<float> *
+                    measure(rounded.placed(), turned[k]))
         << "pair " << k;
 }
 
@@ -160,7 +163,8 @@ TEST(Gjk, AnyStartGivesTheSameDistance) {
     ASSERT_LE(known[k].count, 4);
     looks += warm[k].iterations;
   }
-  EXPECT_LT(looks, static_cast<int>(1.05 * garbage.size()));  // a warm start takes one iteration, or none if the cores overlap
+  // A warm start takes one iteration, or none if the cores overlap.
+  EXPECT_LT(looks, static_cast<int>(1.05 * garbage.size()));
 }
 
 // Shapes so small or so large that fourth powers of their sizes leave the range of float.
@@ -170,7 +174,8 @@ TEST(Gjk, NeverNan) {
     Scene scene;
     for (int k = 0; k < 2000; ++k) {
       const auto add = [&](const Vector& position) {
-        const Vector half = {any_below(random, 3) * .5 * scale, any_below(random, 3) * .5 * scale, any_below(random, 3) * .5 * scale};
+        const Vector half = {any_below(random, 3) * .5 * scale, any_below(random, 3) * .5 * scale,
+                             any_below(random, 3) * .5 * scale};
         return scene.shapes.box(half, at(position, any_below(random, 2) ? no_rotation : any_turn(random)));
       };
       const int a = add({0, 0, 0});
@@ -207,9 +212,10 @@ TEST(Gjk, BothVersionsHaveTheSameBits) {
         const Answer<float> answer = run<float>(openmp::gjk, placed, pairs, from);
         for (std::size_t k = 0; k < count; ++k) {
           ASSERT_EQ(std::memcmp(&answer.closest[k], &expected.closest[k], sizeof(Closest<float>)), 0)
-              << count << " pairs, " << threads << " threads, pair " << k << ": " << answer.closest[k].distance << " against "
-              << expected.closest[k].distance;
-          ASSERT_EQ(std::memcmp(&answer.simplex[k], &expected.simplex[k], sizeof(Simplex)), 0) << count << " pairs, pair " << k;
+              << count << " pairs, " << threads << " threads, pair " << k << ": " << answer.closest[k].distance
+              << " against " << expected.closest[k].distance;
+          ASSERT_EQ(std::memcmp(&answer.simplex[k], &expected.simplex[k], sizeof(Simplex)), 0)
+              << count << " pairs, pair " << k;
         }
       }
     }

@@ -42,7 +42,8 @@ void expect_hull(const std::vector<Vector>& points) {
   for (const auto& face : corners) {
     EXPECT_GE(face.size(), 3u);
     EXPECT_EQ(face[0], *std::ranges::min_element(face));
-    for (std::size_t k = 0; k < face.size(); ++k) EXPECT_TRUE(edges.insert({face[k], face[(k + 1) % face.size()]}).second);
+    for (std::size_t k = 0; k < face.size(); ++k)
+      EXPECT_TRUE(edges.insert({face[k], face[(k + 1) % face.size()]}).second);
   }
   for (const auto& [a, b] : edges) EXPECT_TRUE(edges.contains({b, a}));
   EXPECT_EQ(vertices - static_cast<int>(edges.size()) / 2 + faces, 2);
@@ -62,7 +63,9 @@ void expect_hull(const std::vector<Vector>& points) {
   for (int f = 0; f < faces; ++f) {
     const auto [x, y, z, distance] = hulls.plane[hulls.first_face[h] + f];
     EXPECT_NEAR(x * x + y * y + z * z, 1, 8 * u);
-    const auto outside = [&, &x = x, &y = y, &z = z, &d = distance](const Vector& p) { return x * p.x + y * p.y + z * p.z - d; };
+    const auto outside = [&, &x = x, &y = y, &z = z, &d = distance](const Vector& p) {
+      return x * p.x + y * p.y + z * p.z - d;
+    };
     for (int i = 0; i < vertices; ++i) EXPECT_LE(outside(vertex_of(hulls, h, i)), rounding);
     for (const Vector& p : points) EXPECT_LE(outside(p), error + rounding);
     // The plane goes through the farthest vertex, at most hull_error beyond the mean of the corners. A corner is at
@@ -90,7 +93,8 @@ TEST(RigidHulls, AreConvexAndClosed) {
       ellipsoid.push_back({.75 * d.x + 3, .5 * d.y, .45 * d.z});
       const auto near_whole = [&] { return static_cast<double>(random() % 4) + noise * within(random); };
       grid.push_back({near_whole(), near_whole(), near_whole()});
-      shell.push_back(i % 2 ? Vector{p.x, noise * p.y, p.z} : Vector{.5 * p.x, -noise * (p.x * p.x + p.z * p.z) - .1, .5 * p.z});
+      shell.push_back(i % 2 ? Vector{p.x, noise * p.y, p.z}
+                            : Vector{.5 * p.x, -noise * (p.x * p.x + p.z * p.z) - .1, .5 * p.z});
     }
     for (int i = 0; i < 8; ++i) grid.push_back({3. * (i % 2), 3. * (i / 2 % 2), 3. * (i / 4)});  // never flat
     expect_hull(ellipsoid);
@@ -106,7 +110,8 @@ TEST(RigidHulls, MergeWhatIsCoplanar) {
       std::vector<Vector> grid;  // the corners, and points on edges, in faces and inside
       for (int i = 0; i < 125; ++i) {
         const double x = i % 5 - 2., y = i / 5 % 5 - 2., z = i / 25 - 2.;
-        grid.push_back(far + Vector{std::cos(turn) * x - std::sin(turn) * y, std::sin(turn) * x + std::cos(turn) * y, z});
+        grid.push_back(far +
+                       Vector{std::cos(turn) * x - std::sin(turn) * y, std::sin(turn) * x + std::cos(turn) * y, z});
       }
       expect_hull(grid);
       World<double> world = make_world();
@@ -119,7 +124,8 @@ TEST(RigidHulls, MergeWhatIsCoplanar) {
   std::vector<Vector> cylinder;  // written with six digits
   for (int i = 0; i < 20; ++i)
     for (const double y : {-1., 1.})
-      cylinder.push_back({std::round(1e6 * std::cos(M_PI * i / 10)) / 1e6, y, std::round(1e6 * std::sin(M_PI * i / 10)) / 1e6});
+      cylinder.push_back(
+          {std::round(1e6 * std::cos(M_PI * i / 10)) / 1e6, y, std::round(1e6 * std::sin(M_PI * i / 10)) / 1e6});
   expect_hull(cylinder);
   World<double> world = make_world();
   EXPECT_EQ(world.hulls.faces(make_hull(world.hulls, cylinder)), 22);
@@ -179,7 +185,9 @@ TEST(RigidHulls, OfATriangleHasTwoSides) {
   EXPECT_EQ(world.hulls.plane[world.hulls.first_face[3] + 1].y, -1);
   expect_near(world.colliders.local[0].position, {1, 0, 2}, 0);
   expect_near(vertex_of(world.hulls, 3, 2), {1, 0, -2}, 0);
-  const auto of = [&](const Vector& third) { return invalid([&] { add_mesh(world, {{{0, 0, 0}, {0, 0, 4}, third}, {{0, 1, 2}}}); }); };
+  const auto of = [&](const Vector& third) {
+    return invalid([&] { add_mesh(world, {{{0, 0, 0}, {0, 0, 4}, third}, {{0, 1, 2}}}); });
+  };
   EXPECT_EQ(of({0, 0, 2}), "triangle 1 is thinner than a plane needs");
   EXPECT_EQ(of({1e-7, 0, 2}), "triangle 1 is thinner than a plane needs");
 }

@@ -43,7 +43,9 @@ struct Free {
     const Pose<Real>& pose = p.bodies.pose[0];
     const Quad<Real>& inverse = p.bodies.inverse_mass[0];
     const Eigen::Matrix3d r =
-        Eigen::Quaterniond(pose.orientation.w, pose.orientation.x, pose.orientation.y, pose.orientation.z).normalized().toRotationMatrix();
+        Eigen::Quaterniond(pose.orientation.w, pose.orientation.x, pose.orientation.y, pose.orientation.z)
+            .normalized()
+            .toRotationMatrix();
     const Eigen::Vector3d w = eigen(lockstep::convert<double>(p.bodies.motion[0].angular_velocity));
     const Eigen::Vector3d local = (r.transpose() * w).cwiseQuotient(Eigen::Vector3d(inverse.x, inverse.y, inverse.z));
     momentum = r * local;

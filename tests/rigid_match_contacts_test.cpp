@@ -84,7 +84,9 @@ TEST(MatchContacts, FindsTheSamePairAndFeatureOrTheNearestPoint) {
       some_contacts(random, last_every, last, from);
       some_contacts(random, every, now, unused);
       const Array<Impulses<float>> expected = looked_up(last, from, now);
-      const auto garbage = [&] { return Array<Impulses<float>>(now.size(), {{7, 7, 7, 7}, {7, 7, 7, 7}, {7, 7, 7, 7}, {7, 7, 7, 7}}); };
+      const auto garbage = [&] {
+        return Array<Impulses<float>>(now.size(), {{7, 7, 7, 7}, {7, 7, 7, 7}, {7, 7, 7, 7}, {7, 7, 7, 7}});
+      };
       Array<Impulses<float>> impulses = garbage();
       serial::match_contacts(last, from, now, impulses);
       EXPECT_TRUE(same_bits(impulses, expected)) << last_every << ' ' << every;

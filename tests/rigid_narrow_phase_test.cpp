@@ -1,5 +1,5 @@
-// The narrow phase against its kernels called pair by pair: the same manifolds in the order of the pairs, at every thread count, and where
-// GJK ended carried from step to step.
+// The narrow phase against its kernels called pair by pair: the same manifolds in the order of the pairs, at every
+// thread count, and where GJK ended carried from step to step.
 #include <gtest/gtest.h>
 #include <omp.h>
 
@@ -22,7 +22,9 @@ struct Heap {
 };
 Heap make_heap(int count, std::uint32_t seed) {
   std::mt19937 random(seed);
-  const auto uniform = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
   Heap heap;
   Shapes& shapes = heap.shapes;
   const std::vector<Vector3<double>> tetrahedron = {{.5, .5, .5}, {.5, -.5, -.5}, {-.5, .5, -.5}, {-.5, -.5, .5}};
@@ -33,7 +35,8 @@ Heap make_heap(int count, std::uint32_t seed) {
   const int triangle = ground.colliders.hull[0], hull = make_hull(shapes.hulls, tetrahedron);
   const double side = std::cbrt(count) * .6;
   for (int k = 0; k < count; ++k) {
-    const Pose<double> pose = at({uniform(0, side), uniform(-.1, side), uniform(0, side)}, k % 4 ? any_turn(random) : no_rotation);
+    const Pose<double> pose =
+        at({uniform(0, side), uniform(-.1, side), uniform(0, side)}, k % 4 ? any_turn(random) : no_rotation);
     const int kind = random() % 16;
     if (kind < 4) shapes.sphere(uniform(.2, .5), pose);
     if (kind >= 4 && kind < 8) shapes.capsule(uniform(.1, .4), uniform(.1, .3), pose);
@@ -47,7 +50,8 @@ Heap make_heap(int count, std::uint32_t seed) {
     for (int b = a + 1; b < count; ++b) {
       if (is_plane(a) && is_plane(b)) continue;
       const Vector3<double> d = shapes.pose[b].position - shapes.pose[a].position;
-      if (is_plane(a) || is_plane(b) ? shapes.pose[is_plane(a) ? b : a].position.y < 1 : dot(d, d) < 1) heap.pairs.push_back({a, b});
+      if (is_plane(a) || is_plane(b) ? shapes.pose[is_plane(a) ? b : a].position.y < 1 : dot(d, d) < 1)
+        heap.pairs.push_back({a, b});
     }
   return heap;
 }
@@ -59,7 +63,8 @@ Array<Manifold<float>> pair_by_pair(const Placed<float>& placed, const Pairs& pa
   Array<Manifold<float>> manifolds;
   const Ended last = std::exchange(ended, {});
   for (const Pair& pair : pairs) {
-    const Kind a = static_cast<Kind>(placed.colliders.kind[pair.a]), b = static_cast<Kind>(placed.colliders.kind[pair.b]);
+    const Kind a = static_cast<Kind>(placed.colliders.kind[pair.a]),
+               b = static_cast<Kind>(placed.colliders.kind[pair.b]);
     const auto either = [&](Kind kind) { return a == kind || b == kind; };
     const std::span<const Pair> one(&pair, 1);
     std::vector<Manifold<float>> manifold(1);
@@ -96,7 +101,8 @@ void expect_same(const Array<Manifold<float>>& a, const Array<Manifold<float>>& 
 void expect_same(const NarrowPhaseState& a, const NarrowPhaseState& b) {
   ASSERT_EQ(a.pairs, b.pairs);
   ASSERT_EQ(a.simplex.size(), b.simplex.size());
-  for (std::size_t k = 0; k < a.simplex.size(); ++k) ASSERT_EQ(std::memcmp(&a.simplex[k], &b.simplex[k], sizeof(Simplex)), 0) << k;
+  for (std::size_t k = 0; k < a.simplex.size(); ++k)
+    ASSERT_EQ(std::memcmp(&a.simplex[k], &b.simplex[k], sizeof(Simplex)), 0) << k;
 }
 
 // The heap, shaken a little at every step; other pairs every step.
@@ -109,7 +115,8 @@ void every_step(Heap heap, Run run) {
       if (random() % 5 != 0) pairs.push_back(pair);
     const Rounded<float> rounded(heap.shapes);
     run(rounded.placed(), pairs);
-    for (Pose<double>& pose : heap.shapes.pose) pose.position.x += std::uniform_real_distribution<double>(-.01, .01)(random);
+    for (Pose<double>& pose : heap.shapes.pose)
+      pose.position.x += std::uniform_real_distribution<double>(-.01, .01)(random);
   }
 }
 
@@ -157,7 +164,8 @@ TEST(RigidNarrowPhase, IsBitwiseTheSameForFewPairs) {
   const int before = omp_get_max_threads();
   const Heap heap = make_heap(400, 3);
   const Rounded<float> rounded(heap.shapes);
-  for (const std::size_t count : {std::size_t(0), std::size_t(1), std::size_t(15), std::size_t(16), std::size_t(17), std::size_t(100)})
+  for (const std::size_t count :
+       {std::size_t(0), std::size_t(1), std::size_t(15), std::size_t(16), std::size_t(17), std::size_t(100)})
     for (const int threads : {1, 2, 3, 8}) {
       omp_set_num_threads(threads);
       const std::span<const Pair> some(heap.pairs.data(), count);

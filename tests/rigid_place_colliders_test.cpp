@@ -5,7 +5,9 @@ namespace lockstep::rigid {
 namespace {
 
 Vector3<double> in_double(const Vector3<float>& v) { return {v.x, v.y, v.z}; }
-Vector3<double> at(const Pose<double>& pose, const Vector3<double>& v) { return pose.position + matrix_of(pose.orientation) * v; }
+Vector3<double> at(const Pose<double>& pose, const Vector3<double>& v) {
+  return pose.position + matrix_of(pose.orientation) * v;
+}
 
 TEST_F(BroadPhase, BoxesAreTheSmallestThatHoldTheirColliders) {
   Random random(5);
@@ -22,12 +24,12 @@ TEST_F(BroadPhase, BoxesAreTheSmallestThatHoldTheirColliders) {
         EXPECT_EQ(bounds.bounded(i), colliders.kind[i] != static_cast<int>(Kind::plane));
         if (!bounds.bounded(i)) continue;
 
-        // The float pose in double. With u = 2^-24, to first order: an element of its matrix, at most 1, is off by at most 5 u (squares by
-        // u each, twice their sum, and the last difference), so a turned vector h by (5 + 1 + 2) u sum|h|, and by u sum|h| more as its
-        // components are products. That holds for the middle and for the extent; radius and margin, then extent, middle and the ends are
-        // each rounded once more, the ends of at most |p| + 2 s, where p is the position and s the sum of all that is added to it. The
-        // hull's box and its vertices came from double and are off by u each: 2 u s. In total 2 u |p| + 18 u s; one more for the higher
-        // orders.
+        // The float pose in double. With u = 2^-24, to first order: an element of its matrix, at most 1, is off by at
+        // most 5 u (squares by u each, twice their sum, and the last difference), so a turned vector h by (5 + 1 + 2) u
+        // sum|h|, and by u sum|h| more as its components are products. That holds for the middle and for the extent;
+        // radius and margin, then extent, middle and the ends are each rounded once more, the ends of at most |p| + 2
+        // s, where p is the position and s the sum of all that is added to it. The hull's box and its vertices came
+        // from double and are off by u each: 2 u s. In total 2 u |p| + 18 u s; one more for the higher orders.
         const Quad<float>&size = colliders.size[i], &centre = world.hulls.centre[colliders.hull[i]],
               &half = world.hulls.half[colliders.hull[i]];
         const Vector3<double> p = in_double(placed[i].position);
@@ -40,9 +42,11 @@ TEST_F(BroadPhase, BoxesAreTheSmallestThatHoldTheirColliders) {
         const Box<float> box = bounds.box(i);
 
         Box<double> around_vertices = empty_box<double>;
-        for (int k = world.hulls.first_vertex[colliders.hull[i]]; k < world.hulls.first_vertex[colliders.hull[i] + 1]; ++k) {
+        for (int k = world.hulls.first_vertex[colliders.hull[i]]; k < world.hulls.first_vertex[colliders.hull[i] + 1];
+             ++k) {
           const Quad<float>& vertex = world.hulls.vertex[k];
-          const Vector3<double> v = at(pose, {double(size.x) * vertex.x, double(size.y) * vertex.y, double(size.z) * vertex.z});
+          const Vector3<double> v =
+              at(pose, {double(size.x) * vertex.x, double(size.y) * vertex.y, double(size.z) * vertex.z});
           around_vertices = around(around_vertices, {v, v});
         }
         EXPECT_NEAR(box.low.x, around_vertices.low.x - widening, bound(p.x));

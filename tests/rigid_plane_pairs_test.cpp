@@ -10,13 +10,15 @@ TEST_F(BroadPhase, PlanesMeetWhatReachesBelowThem) {
   for (int k = 0; k < 200; ++k) {
     SCOPED_TRACE(k);
     // Some with many colliders, so that strips are cut; planes before, between and after them.
-    const World<float> world = convert<float>(random_world(random, k < 195 ? random.integer(0, 60) : 2000, 5, k % 5 * .1f));
+    const World<float> world =
+        convert<float>(random_world(random, k < 195 ? random.integer(0, 60) : 2000, 5, k % 5 * .1f));
     const Colliders<float>& colliders = world.colliders;
     Array<Pose<float>> placed;
     Bounds<float> bounds;
     serial::place_colliders(world, 0, placed, bounds);
 
-    // Any of eight corners below the plane. Corners are as far from the plane as this text says, in the same order of operations.
+    // Any of eight corners below the plane. Corners are as far from the plane as this text says, in the same order of
+    // operations.
     Pairs expected;
     const auto reaches_below = [&](int plane, int i) {
       const Vector3<float> normal = matrix_of(placed[plane].orientation).y, point = placed[plane].position;

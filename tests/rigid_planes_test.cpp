@@ -1,5 +1,5 @@
-// Planes against spheres, capsules, boxes and hulls: every corner's height, which corners are chosen and why, and both versions against
-// each other.
+// Planes against spheres, capsules, boxes and hulls: every corner's height, which corners are chosen and why, and both
+// versions against each other.
 #include <gtest/gtest.h>
 #include <omp.h>
 
@@ -45,13 +45,16 @@ int ball(Shapes& shapes, int points, std::uint32_t seed) {
 // Shapes on and about slanted planes. Some lie flat.
 void random_pairs(int count, std::uint32_t seed, Shapes& shapes, Pairs& pairs) {
   std::mt19937 random(seed);
-  const auto uniform = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
   const int balls[] = {ball(shapes, 4, 1), ball(shapes, 12, 2), ball(shapes, 64, 3)};
   for (int k = 0; k < count; ++k) {
     const Quaternion<double> slant = any_turn(random);
     const Vector3<double> origin = {uniform(-3, 3), uniform(-3, 3), uniform(-3, 3)};
-    const Pose<double> pose = at(origin + matrix_of(slant) * Vector3<double>{uniform(-2, 2), uniform(-.5, 1.5), uniform(-2, 2)},
-                                 k % 3 ? any_turn(random) : slant);
+    const Pose<double> pose =
+        at(origin + matrix_of(slant) * Vector3<double>{uniform(-2, 2), uniform(-.5, 1.5), uniform(-2, 2)},
+           k % 3 ? any_turn(random) : slant);
     const bool plane_first = k % 2 == 0;
     if (plane_first) shapes.plane(at(origin, slant));
     const int kind = random() % 4;
@@ -68,9 +71,10 @@ void random_pairs(int count, std::uint32_t seed, Shapes& shapes, Pairs& pairs) {
 //   - there are points exactly where the lowest corner is within the margin, and it is among them
 //   - each point's separation is its own corner's height less the radius, and it is midway between surface and plane
 //   - no two have the same corner; the normal points from a to b
-//   - at most 4; no more than one from one corner, two from two; and they span at least half the area of any triangle of corners within
-//     the margin: with the second point at distance l and the others w and v to both sides of the line to it, all such corners are
-//     within l of the first and w and v of the line, so that a triangle of them has l (w + v) at most, and the points span half of that
+//   - at most 4; no more than one from one corner, two from two; and they span at least half the area of any triangle
+//     of corners within the margin: with the second point at distance l and the others w and v to both sides of the
+//     line to it, all such corners are within l of the first and w and v of the line, so that a triangle of them has l
+//     (w + v) at most, and the points span half of that
 // Rounding: coordinates of some 4, in float, 1e-6; twice that for margins.
 template <class Real>
 void expect_right(const Shapes& shapes, const Pair& pair, double margin, const Manifold<Real>& m) {
@@ -138,12 +142,21 @@ TEST(RigidPlanes, KeepClosedForms) {
   const double quarter = std::numbers::pi / 2;
   Shapes shapes;
   const int floor = shapes.plane(at({0, 1, 0}));
-  const int sphere = shapes.sphere(.5, at({3, 1.25, 4})), lying = shapes.capsule(1, .25, at({0, 1.25, 0}, turn({0, 0, 1}, quarter)));
+  const int sphere = shapes.sphere(.5, at({3, 1.25, 4})),
+            lying = shapes.capsule(1, .25, at({0, 1.25, 0}, turn({0, 0, 1}, quarter)));
   const int standing = shapes.capsule(1, .25, at({0, 2, 0})), box = shapes.box({1, .5, 2}, at({0, 1.25, 0}));
-  const int aslant = shapes.box({1, 1, 1}, at({0, 2.4, 0}, turn({1, 0, 0}, quarter / 2))), above = shapes.sphere(1, at({0, 2.125, 0}));
+  const int aslant = shapes.box({1, 1, 1}, at({0, 2.4, 0}, turn({1, 0, 0}, quarter / 2))),
+            above = shapes.sphere(1, at({0, 2.125, 0}));
   const int point = shapes.capsule(0, .25, at({0, 1, 0}));
-  const std::vector<Manifold<double>> m = collide<double>(
-      shapes, {{floor, sphere}, {floor, lying}, {floor, standing}, {floor, box}, {floor, aslant}, {floor, above}, {floor, point}}, .1);
+  const std::vector<Manifold<double>> m = collide<double>(shapes,
+                                                          {{floor, sphere},
+                                                           {floor, lying},
+                                                           {floor, standing},
+                                                           {floor, box},
+                                                           {floor, aslant},
+                                                           {floor, above},
+                                                           {floor, point}},
+                                                          .1);
   ASSERT_EQ(m[0].count, 1);
   EXPECT_NEAR(m[0].point[0].separation, -.25, 1e-12);
   EXPECT_NEAR(m[0].point[0].position.y, .875, 1e-12);
@@ -183,7 +196,8 @@ TEST(RigidPlanes, AreBitwiseTheSameInParallel) {
   const Rounded<float> rounded(shapes);
   const int before = omp_get_max_threads();
   for (const float margin : {0.f, .05f, .5f})
-    for (const std::size_t count : {std::size_t(0), std::size_t(1), std::size_t(15), std::size_t(16), std::size_t(17), pairs.size()}) {
+    for (const std::size_t count :
+         {std::size_t(0), std::size_t(1), std::size_t(15), std::size_t(16), std::size_t(17), pairs.size()}) {
       const std::span<const Pair> some(pairs.data(), count);
       std::vector<Manifold<float>> expected(count);
       serial::planes(rounded.placed(), some, margin, expected);
@@ -192,7 +206,8 @@ TEST(RigidPlanes, AreBitwiseTheSameInParallel) {
         std::vector<Manifold<float>> manifolds(count);
         openmp::planes(rounded.placed(), some, margin, manifolds);
         for (std::size_t k = 0; k < count; ++k)
-          ASSERT_EQ(std::memcmp(&manifolds[k], &expected[k], sizeof(Manifold<float>)), 0) << k << " of " << count << ", margin " << margin;
+          ASSERT_EQ(std::memcmp(&manifolds[k], &expected[k], sizeof(Manifold<float>)), 0)
+              << k << " of " << count << ", margin " << margin;
       }
     }
   omp_set_num_threads(before);

@@ -1,5 +1,5 @@
-// Scenes of rigid bodies and frames: those of the repository load, and a scene has what its file says. Refusals are tested in
-// tests/rigid_scene_refusals_test.cpp.
+// Scenes of rigid bodies and frames: those of the repository load, and a scene has what its file says. Refusals are
+// tested in tests/rigid_scene_refusals_test.cpp.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -66,11 +66,13 @@ TEST_F(RigidSceneTest, HareIsWhatItsScriptWrites) {
 
 TEST_F(RigidSceneTest, SaysWhatItSays) {
   const Scene scene = load(
-      "kind = \"rigid\"\nframes = 7\nsettle = 5\ntime_step = 0.01\niterations = 3\ngravity = [1, 2, 3]\nfriction = 0.25\nrestitution = "
+      "kind = \"rigid\"\nframes = 7\nsettle = 5\ntime_step = 0.01\niterations = 3\ngravity = [1, 2, 3]\nfriction = "
+      "0.25\nrestitution = "
       "0.5\n"
       "[[hull]]\nname = \"gem\"\npoints = [[-1, -1, -1], [1, 1, -1], [1, -1, 1], [-1, 1, 1]]\n"
       "[[body]]\nplane = [0, 0, -2]\nposition = [4, 5, 6]\n"
-      "[[body]]\nhull = \"gem\"\ndensity = 3\nposition = [1, 2, 3]\nvelocity = [4, 5, 6]\nangular_velocity = [7, 8, 9]\nfriction = 0.75\n"
+      "[[body]]\nhull = \"gem\"\ndensity = 3\nposition = [1, 2, 3]\nvelocity = [4, 5, 6]\nangular_velocity = [7, 8, "
+      "9]\nfriction = 0.75\n"
       "restitution = 0.125\norientation = [0, 0, 0.6, 0.8002]\n"
       "[[body]]\nmass = 2\n[[body.part]]\nsphere = 0.5\nposition = [0, 1, 0]\n"
       "[[body.part]]\ncapsule = { half = 2, radius = 0.5 }\nposition = [0, -1, 0]\n[[body.part]]\nbox = [1, 2, 3]\n");
@@ -125,7 +127,8 @@ TEST_F(RigidSceneTest, HasDefaults) {
 }
 
 TEST_F(RigidSceneTest, PlanesFaceAnyWay) {
-  for (const Vector& n : {Vector{0, 1, 0}, {0, -1, 0}, {1, 0, 0}, {0, 0, -1}, {1, -2, 3}, {1e-4, -1, 0}, {1e-6, -1, 0}, {0, -1, 3e-3}}) {
+  for (const Vector& n :
+       {Vector{0, 1, 0}, {0, -1, 0}, {1, 0, 0}, {0, 0, -1}, {1, -2, 3}, {1e-4, -1, 0}, {1e-6, -1, 0}, {0, -1, 3e-3}}) {
     const std::string normal = std::to_string(n.x) + ", " + std::to_string(n.y) + ", " + std::to_string(n.z);
     const Scene scene = load(head + "[[body]]\nplane = [" + normal + "]\n");
     const World<double> world = convert<double>(scene.world);
@@ -155,7 +158,8 @@ TEST_F(RigidSceneTest, TakesHullsAndMeshesOfFiles) {
   EXPECT_EQ(error(head + body), "a.obj: point 2 is not within 1e5 m of the origin");
   write_bytes(path("a.obj"), "v 0 0 0\nv 1 0 0\nv 0.5 0 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   EXPECT_EQ(error(head + body), "a.obj: triangle 1 is thinner than a plane needs");
-  EXPECT_EQ(error(head + "[[hull]]\nname = \"a\"\nfile = \"a.obj\"\n[[body]]\nhull = \"a\"\nmass = 1\n"), "a.obj: the points are flat");
+  EXPECT_EQ(error(head + "[[hull]]\nname = \"a\"\nfile = \"a.obj\"\n[[body]]\nhull = \"a\"\nmass = 1\n"),
+            "a.obj: the points are flat");
 }
 
 // --- Frames
@@ -183,7 +187,8 @@ Frame read_vtk(const std::string& bytes) {
     return x;
   };
   const auto real = [&] { return std::bit_cast<float>(word()); };
-  for (const char* text : {"# vtk DataFile Version 3.0", "Lockstep rigid bodies", "BINARY", "DATASET POLYDATA"}) EXPECT_EQ(line(), text);
+  for (const char* text : {"# vtk DataFile Version 3.0", "Lockstep rigid bodies", "BINARY", "DATASET POLYDATA"})
+    EXPECT_EQ(line(), text);
   int points = 0, cells = 0, words = 0;
   EXPECT_EQ(std::sscanf(line().c_str(), "POINTS %d float", &points), 1);
   for (int i = 0; i < points; ++i) {
@@ -235,7 +240,8 @@ TEST_F(RigidSceneTest, WritesFramesForParaView) {
            "[[body]]\nbox = [0.5, 1, 1.5]\nposition = [1, 2, 3]\norientation = [0, 0.6, 0, 0.8]\nmass = 1\n"
            "velocity = [2, 3, 6]\n"
            "[[body]]\nsphere = 0.5\nposition = [-1, 2, 0]\n[[body]]\ncapsule = { half = 2, radius = 0.5 }\n"
-           "[[body]]\nhull = \"a\"\nmass = 1\n[[body]]\nmesh = \"a.obj\"\n[[body]]\nplane = [0, 1, 0]\nposition = [0, -3, 0]\n");
+           "[[body]]\nhull = \"a\"\nmass = 1\n[[body]]\nmesh = \"a.obj\"\n[[body]]\nplane = [0, 1, 0]\nposition = [0, "
+           "-3, 0]\n");
   write_vtk(path("a.vtk"), scene.world);
   const Frame frame = read_vtk(read_bytes(path("a.vtk")));
   EXPECT_EQ(std::ranges::count(frame.body, 0), 6);

@@ -23,14 +23,20 @@ struct Shapes {
     c.kind.push_back(static_cast<std::int32_t>(kind)), c.hull.push_back(hull);
     c.size.push_back({as_float(size.x), as_float(size.y), as_float(size.z), as_float(size.w)});
     const auto& [p, q, unused] = at;
-    pose.push_back({{as_float(p.x), as_float(p.y), as_float(p.z)}, {as_float(q.x), as_float(q.y), as_float(q.z), as_float(q.w)}, 0});
+    pose.push_back({{as_float(p.x), as_float(p.y), as_float(p.z)},
+                    {as_float(q.x), as_float(q.y), as_float(q.z), as_float(q.w)},
+                    0});
     return c.count++;
   }
   int sphere(double radius, const Pose<double>& at) { return add(Kind::sphere, point_hull, {0, 0, 0, radius}, at); }
-  int capsule(double half, double radius, const Pose<double>& at) { return add(Kind::capsule, segment_hull, {0, half, 0, radius}, at); }
+  int capsule(double half, double radius, const Pose<double>& at) {
+    return add(Kind::capsule, segment_hull, {0, half, 0, radius}, at);
+  }
   int hull(int hull, const Pose<double>& at) { return add(Kind::hull, hull, {1, 1, 1, 0}, at); }
   int plane(const Pose<double>& at) { return add(Kind::plane, -1, {0, 0, 0, 0}, at); }
-  int box(const Vector3<double>& half, const Pose<double>& at) { return add(Kind::box, cube_hull, {half.x, half.y, half.z, 0}, at); }
+  int box(const Vector3<double>& half, const Pose<double>& at) {
+    return add(Kind::box, cube_hull, {half.x, half.y, half.z, 0}, at);
+  }
 };
 
 inline Pose<double> at(const Vector3<double>& position, const Quaternion<double>& orientation = no_rotation) {

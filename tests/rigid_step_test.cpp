@@ -1,5 +1,5 @@
-// Whole steps of rigid bodies, on the scenes of the repository: what stands keeps standing, what slides slides as it must, nothing gets
-// lost. Run from the root of the repository, as `make test` does.
+// Whole steps of rigid bodies, on the scenes of the repository: what stands keeps standing, what slides slides as it
+// must, nothing gets lost. Run from the root of the repository, as `make test` does.
 #include <gtest/gtest.h>
 #include <omp.h>
 
@@ -32,7 +32,9 @@ struct SceneRun {
     const Vector3<float> off = world.bodies.pose[body].position - scene.world.bodies.pose[body].position;
     return std::sqrt(dot(off, off));
   }
-  double speed(int body) const { return std::sqrt(dot(world.bodies.motion[body].velocity, world.bodies.motion[body].velocity)); }
+  double speed(int body) const {
+    return std::sqrt(dot(world.bodies.motion[body].velocity, world.bodies.motion[body].velocity));
+  }
   double deepest() const {  // m
     double depth = 0;
     for (const Manifold<float>& m : memory.manifolds)
@@ -48,8 +50,8 @@ struct SceneRun {
     for (int i = 0; i < world.bodies.count; ++i) {
       const auto& [p, q, unused] = world.bodies.pose[i];
       const Motion<float>& m = world.bodies.motion[i];
-      for (const float x : {p.x, p.y, p.z, q.x, q.y, q.z, q.w, m.velocity.x, m.velocity.y, m.velocity.z, m.angular_velocity.x,
-                            m.angular_velocity.y, m.angular_velocity.z})
+      for (const float x : {p.x, p.y, p.z, q.x, q.y, q.z, q.w, m.velocity.x, m.velocity.y, m.velocity.z,
+                            m.angular_velocity.x, m.angular_velocity.y, m.angular_velocity.z})
         if (!std::isfinite(x)) return false;
     }
     return true;
@@ -81,19 +83,20 @@ TEST(RigidStep, PyramidStandsForTenSeconds) {
   for (int body = 1; body < run.world.bodies.count; ++body) EXPECT_LT(run.gone(body), .05) << body;
 }
 
-// The last brick of the top course has its centre beyond the edge of what it stands on (.51 m along, on a brick that ends at .5), and
-// falls.
+// The last brick of the top course has its centre beyond the edge of what it stands on (.51 m along, on a brick that
+// ends at .5), and falls.
 TEST(RigidStep, WallOneBrickThickStands) {
   SceneRun run("wall");
   run.steps(600);
   const int last = run.world.bodies.count - 1;
   for (int body = 1; body < last; ++body) EXPECT_LT(run.gone(body), .05) << body;
-  std::printf("  wall: deepest %.2f mm, brick in the middle %.1f mm off\n", 1e3 * run.deepest(), 1e3 * run.gone(last / 2));
+  std::printf("  wall: deepest %.2f mm, brick in the middle %.1f mm off\n", 1e3 * run.deepest(),
+              1e3 * run.gone(last / 2));
   EXPECT_LT(run.deepest(), .005);
 }
 
-// Ten thousand bricks, each on two to four others: what touches, and what the solver gets. Those that touch are counted at rest, as in the
-// first steps some bounce.
+// Ten thousand bricks, each on two to four others: what touches, and what the solver gets. Those that touch are counted
+// at rest, as in the first steps some bounce.
 TEST(RigidStep, CastleStandsOnAHundredThousandPoints) {
   SceneRun run("castle");
   std::size_t peak = 0;
@@ -103,7 +106,8 @@ TEST(RigidStep, CastleStandsOnAHundredThousandPoints) {
   }
   int pairs = 0, points = 0;
   for (const Manifold<float>& m : run.memory.manifolds) {
-    const auto touches = std::count_if(m.point, m.point + m.count, [](const auto& point) { return point.separation <= 0; });
+    const auto touches =
+        std::count_if(m.point, m.point + m.count, [](const auto& point) { return point.separation <= 0; });
     pairs += touches > 0, points += static_cast<int>(touches);
   }
   std::printf("  castle: %zu points at the most; %d pairs touch, in %d points; deepest %.2f mm\n", peak, pairs, points,
@@ -115,7 +119,8 @@ TEST(RigidStep, CastleStandsOnAHundredThousandPoints) {
   for (int body = 1; body < run.world.bodies.count; ++body) EXPECT_LT(run.gone(body), .06) << body;
 }
 
-// A body of 2 kg, 3 m up, with inertia about its axes as a box has, turned by a quarter about z: m v^2 / 2 + w I w / 2 + m g h.
+// A body of 2 kg, 3 m up, with inertia about its axes as a box has, turned by a quarter about z: m v^2 / 2 + w I w / 2
+// + m g h.
 TEST(RigidStep, EnergyIsWhatItIs) {
   World<double> world = make_world();
   begin_body(world, no_offset);
@@ -133,8 +138,8 @@ TEST(RigidStep, EnergyIsWhatItIs) {
   EXPECT_NEAR(verify::energy(convert<float>(world).bodies, {0, -9.81, 0}), expected, 8 * 0x1p-24 * expected);
 }
 
-// A falling ball, an ulp higher or lower: its energy is off by the weight times an ulp of its height, and not by ulps to the side. Where
-// bodies meet, what an ulp does grows, and is never forgotten again.
+// A falling ball, an ulp higher or lower: its energy is off by the weight times an ulp of its height, and not by ulps
+// to the side. Where bodies meet, what an ulp does grows, and is never forgotten again.
 TEST(RigidStep, EnergyForgottenIsWhatUlpsDo) {
   Scene scene = load_scene("scenes/rigid/billiard.toml");
   const verify::RigidRun rack = verify::run_rigid(scene, serial::step_batches, 60);
@@ -152,8 +157,9 @@ TEST(RigidStep, EnergyForgottenIsWhatUlpsDo) {
   EXPECT_NEAR(verify::energy_forgotten(scene, serial::step_batches, fall)[0], 2 * 9.81 * 0x1p-22, 1e-12);
 }
 
-// A cube slides down a slope of 20 degrees at g (sin - mu cos) if mu < tan, else it stays. The first steps are left out: a contact's normal
-// impulse, and with it friction, takes some substeps to build up, as it starts soft and from nothing.
+// A cube slides down a slope of 20 degrees at g (sin - mu cos) if mu < tan, else it stays. The first steps are left
+// out: a contact's normal impulse, and with it friction, takes some substeps to build up, as it starts soft and from
+// nothing.
 TEST(RigidStep, SlopeHoldsBelowTheFrictionAngleAlone) {
   SceneRun run("slope");
   const double angle = 20 * std::acos(-1.) / 180, g = 9.81, mus[] = {0, .2, .3, .43, .6};
@@ -166,7 +172,8 @@ TEST(RigidStep, SlopeHoldsBelowTheFrictionAngleAlone) {
     const double a = mus[k] < std::tan(angle) ? g * (std::sin(angle) - mus[k] * std::cos(angle)) : 0;
     const double gained = a * steps * run.scene.time_step;
     EXPECT_NEAR(run.speed(1 + k) - before[k], gained, .002 * gained + 1e-4) << mus[k];
-    std::printf("  slope, friction %.2f: %.4f m/s^2 of %.4f\n", mus[k], (run.speed(1 + k) - before[k]) / (steps * run.scene.time_step), a);
+    std::printf("  slope, friction %.2f: %.4f m/s^2 of %.4f\n", mus[k],
+                (run.speed(1 + k) - before[k]) / (steps * run.scene.time_step), a);
   }
 }
 
@@ -195,8 +202,8 @@ TEST(RigidStep, NothingTunnelsThroughTheGround) {
   for (int body = 1; body < bodies.bodies.count; ++body) EXPECT_GT(bodies.bodies.pose[body].position.y, .09) << body;
 }
 
-// Without gravity's torque about its tip friction and gravity turn the top slowly about the vertical; its spin stays. It stands on its tip
-// after 2 s, which without spin it would leave in a tenth of that.
+// Without gravity's torque about its tip friction and gravity turn the top slowly about the vertical; its spin stays.
+// It stands on its tip after 2 s, which without spin it would leave in a tenth of that.
 TEST(RigidStep, TopStaysUp) {
   SceneRun run("top");
   run.steps(1000);
@@ -228,9 +235,12 @@ TEST(RigidStep, SerialAndParallelStepsHaveTheSameBits) {
       omp_set_num_threads(threads);
       run.steps(20);
       const int n = run.world.bodies.count;
-      EXPECT_EQ(std::memcmp(run.world.bodies.pose.data(), expected.world.bodies.pose.data(), n * sizeof(Pose<float>)), 0)
+      EXPECT_EQ(std::memcmp(run.world.bodies.pose.data(), expected.world.bodies.pose.data(), n * sizeof(Pose<float>)),
+                0)
           << name << threads;
-      EXPECT_EQ(std::memcmp(run.world.bodies.motion.data(), expected.world.bodies.motion.data(), n * sizeof(Motion<float>)), 0)
+      EXPECT_EQ(
+          std::memcmp(run.world.bodies.motion.data(), expected.world.bodies.motion.data(), n * sizeof(Motion<float>)),
+          0)
           << name << threads;
     }
   }

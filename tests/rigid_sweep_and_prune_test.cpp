@@ -40,7 +40,8 @@ TEST_F(BroadPhase, SweepsAlongTheAxisOfGreatestVariance) {
   }
 }
 
-// The padding behind the last box starts at infinity, where these end: a sweep that takes it for boxes runs off the arrays.
+// The padding behind the last box starts at infinity, where these end: a sweep that takes it for boxes runs off the
+// arrays.
 TEST_F(BroadPhase, BoxesMayEndAtInfinity) {
   Random random(8);
   for (int k = 0; k < 100; ++k) {

@@ -112,7 +112,8 @@ TEST_F(SceneTest, JittersBySplitmix64) {
 TEST_F(SceneTest, JitterStaysInItsCube) {
   const Particles<float> still = load(head + block).particles, moved = load(head + block + "jitter = 0.5\n").particles;
   float farthest = 0;
-  for (int i = 0; i < still.count; ++i) farthest = std::max(farthest, std::abs(moved.position.x[i] - still.position.x[i]));
+  for (int i = 0; i < still.count; ++i)
+    farthest = std::max(farthest, std::abs(moved.position.x[i] - still.position.x[i]));
   EXPECT_LE(farthest, .25f * .005f * 1.001f);
   EXPECT_GE(farthest, .2f * .005f);
 }
@@ -128,7 +129,8 @@ TEST_F(SceneTest, TakesAFluidFile) {
 }
 
 TEST_F(SceneTest, RefusesWhatIsNoScene) {
-  EXPECT_EQ(error_of([&] { load_scene(path("none.toml")); }), path("none.toml") + ": cannot be read: No such file or directory");
+  EXPECT_EQ(error_of([&] { load_scene(path("none.toml")); }),
+            path("none.toml") + ": cannot be read: No such file or directory");
   EXPECT_EQ(error_of([&] { load_scene(folder); }), folder + ": is a directory, expected a file");
   EXPECT_EQ(error("kind = fluid\n").rfind("a.toml:1:9: ", 0), 0u);
   EXPECT_EQ(error(head + "seed = 1\nseed = 1\n").rfind("a.toml:4:8: ", 0), 0u);
@@ -137,11 +139,14 @@ TEST_F(SceneTest, RefusesWhatIsNoScene) {
 
 TEST_F(SceneTest, RefusesUnknownAndMissingKeys) {
   EXPECT_EQ(error(head + "frmes = 3\n" + block),
-            "a.toml:3:1: unknown key frmes, expected one of: kind, particles_per_metre, block, frames, walls, gravity, seed, holds");
-  EXPECT_EQ(error(head + block + "  spacng = 3\n"), "a.toml:6:3: unknown key spacng, expected one of: min, max, spacing, jitter, velocity");
-  EXPECT_EQ(error(head + block + "[holds]\nmass_conserved = true\n"),
-            "a.toml:7:1: unknown key mass_conserved, expected one of: momentum_conserved, inside_domain, lattice_density, "
-            "energy_falls_after");
+            "a.toml:3:1: unknown key frmes, expected one of: kind, particles_per_metre, block, frames, walls, gravity, "
+            "seed, holds");
+  EXPECT_EQ(error(head + block + "  spacng = 3\n"),
+            "a.toml:6:3: unknown key spacng, expected one of: min, max, spacing, jitter, velocity");
+  EXPECT_EQ(
+      error(head + block + "[holds]\nmass_conserved = true\n"),
+      "a.toml:7:1: unknown key mass_conserved, expected one of: momentum_conserved, inside_domain, lattice_density, "
+      "energy_falls_after");
   EXPECT_EQ(error(""), "a.toml:1:1: kind is missing");
   EXPECT_EQ(error(head), "a.toml:1:1: block is missing");
   EXPECT_EQ(error("kind = \"fluid\"\n" + block), "a.toml:1:1: particles_per_metre is missing");
@@ -156,15 +161,20 @@ TEST_F(SceneTest, RefusesWrongValues) {
     EXPECT_EQ(error("kind = \"fluid\"\nparticles_per_metre = " + std::string(value) + '\n' + block),
               "a.toml:2:23: particles_per_metre: expected a number from 1e-6 to 1e6");
   for (const char* value : {"0", "-1", "1.0", "2147483648", "\"1\""})
-    EXPECT_EQ(error(with("frames = " + std::string(value))), "a.toml:3:10: frames: expected a whole number from 1 to 2147483647");
+    EXPECT_EQ(error(with("frames = " + std::string(value))),
+              "a.toml:3:10: frames: expected a whole number from 1 to 2147483647");
   EXPECT_EQ(error(with("seed = -1")), "a.toml:3:8: seed: expected a whole number from 0 to 9223372036854775807");
   EXPECT_EQ(error(with("walls = 1")), "a.toml:3:9: walls: expected true or false");
   EXPECT_EQ(error(with("gravity = 9.8")), "a.toml:3:11: gravity: expected three finite numbers [x, y, z] in m/s^2");
-  EXPECT_EQ(error(with("gravity = [0, -9.8]")), "a.toml:3:11: gravity: expected three finite numbers [x, y, z] in m/s^2");
-  EXPECT_EQ(error(with("gravity = [0, nan, 0]")), "a.toml:3:15: gravity: expected three finite numbers [x, y, z] in m/s^2");
-  EXPECT_EQ(error(with("gravity = [0, 1e19, 0]")), "a.toml:3:15: gravity: expected three finite numbers [x, y, z] in m/s^2");
+  EXPECT_EQ(error(with("gravity = [0, -9.8]")),
+            "a.toml:3:11: gravity: expected three finite numbers [x, y, z] in m/s^2");
+  EXPECT_EQ(error(with("gravity = [0, nan, 0]")),
+            "a.toml:3:15: gravity: expected three finite numbers [x, y, z] in m/s^2");
+  EXPECT_EQ(error(with("gravity = [0, 1e19, 0]")),
+            "a.toml:3:15: gravity: expected three finite numbers [x, y, z] in m/s^2");
   EXPECT_EQ(error(with("holds = true")), "a.toml:3:9: holds: expected a table [holds]");
-  EXPECT_EQ(error(with("holds.energy_falls_after = -1")), "a.toml:3:28: energy_falls_after: expected a whole number from 0 to 2147483647");
+  EXPECT_EQ(error(with("holds.energy_falls_after = -1")),
+            "a.toml:3:28: energy_falls_after: expected a whole number from 0 to 2147483647");
 }
 
 TEST_F(SceneTest, RefusesWrongBlocks) {
@@ -183,13 +193,16 @@ TEST_F(SceneTest, RefusesWrongBlocks) {
 TEST_F(SceneTest, RefusesWhatIsTooBig) {
   EXPECT_EQ(error(head + block + "spacing = 1e-9\n"), "a.toml:3:1: 3e+21 particles, expected at most 1073741824");
   EXPECT_EQ(error(head + block + "spacing = 1e-310\n"), "a.toml:3:1: inf particles, expected at most 1073741824");
-  EXPECT_EQ(error("kind = \"fluid\"\nparticles_per_metre = 100000\n" + block),
-            "a.toml:2:23: 100000 particles per metre cut the domain into 6.245412043e+11 cells, expected at most 2147483646");
+  EXPECT_EQ(
+      error("kind = \"fluid\"\nparticles_per_metre = 100000\n" + block),
+      "a.toml:2:23: 100000 particles per metre cut the domain into 6.245412043e+11 cells, expected at most 2147483646");
 
-  // 500,000,000 particles, which need 132 bytes each and 163.2 for lists of neighbours, while 1 GB of address space is left.
+  // 500,000,000 particles, which need 132 bytes each and 163.2 for lists of neighbours, while 1 GB of address space is
+  // left.
   const Limit limit(RLIMIT_AS, address_space() + 1'000'000'000);
   const std::string message = error(head + block + "[[block]]\nmin = [0, 0, 0]\nmax = [1, 1, 0.5]\nspacing = 0.001\n");
-  EXPECT_EQ(message.rfind("a.toml:6:1: simulating 500000024 particles in 4725 cells needs 155600 MB", 0), 0u) << message;
+  EXPECT_EQ(message.rfind("a.toml:6:1: simulating 500000024 particles in 4725 cells needs 155600 MB", 0), 0u)
+      << message;
 }
 
 }  // namespace

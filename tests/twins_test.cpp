@@ -1,9 +1,9 @@
-// Twins read alike: how much of each serial file stands in its openmp twin, printed for all of them and held to a floor that may
-// only rise. Run from the root of the repository.
+// Twins read alike: how much of each serial file stands in its openmp twin, printed for all of them and held to a floor
+// that may only rise. Run from the root of the repository.
 //
-// The measure is the share of the serial text's tokens that stand in the openmp text in the same order (the longest common
-// subsequence). Comments, includes and pragmas do not count. Tokens tell what lines do not: a twin whose type names alone
-// differ keeps few lines and nearly all tokens.
+// The measure is the share of the serial text's tokens that stand in the openmp text in the same order (the longest
+// common subsequence). Comments, includes and pragmas do not count. Tokens tell what lines do not: a twin whose type
+// names alone differ keeps few lines and nearly all tokens.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Percent of the serial tokens, rounded down. A twin that comes to share more raises its floor here; a new twin gets one.
+// Percent of the serial tokens, rounded down. A twin that comes to share more raises its floor here; a new twin gets
+// one.
 const std::map<std::string, int> floors = {
     {"cloth/collide", 92},
     {"cloth/relax", 46},
@@ -111,7 +112,8 @@ std::size_t tokens_in_common(const std::vector<std::string>& a, const std::vecto
 }
 
 TEST(Twins, CountsTokens) {
-  EXPECT_EQ(tokens_of("a += b_1; // c\n#include <x>\n1.5f"), (std::vector<std::string>{"a", "+", "=", "b_1", ";", "1", ".", "5f"}));
+  EXPECT_EQ(tokens_of("a += b_1; // c\n#include <x>\n1.5f"),
+            (std::vector<std::string>{"a", "+", "=", "b_1", ";", "1", ".", "5f"}));
   EXPECT_EQ(tokens_in_common({"a", "b", "c"}, {"x", "b", "y", "c"}), 2u);
   EXPECT_EQ(tokens_in_common({"a", "b"}, {"b", "a"}), 1u);
   EXPECT_EQ(tokens_in_common({}, {"a"}), 0u);
@@ -124,8 +126,10 @@ TEST(Twins, ReadAlike) {
     if (entry.path().extension() != ".cpp") continue;
     ++twins;
     const std::string name = fs::path(entry.path()).lexically_relative("serial").replace_extension();
-    const std::vector<std::string> serial = tokens_of_file("serial/" + name + ".cpp"), openmp = tokens_of_file("openmp/" + name + ".cpp");
-    const int share = static_cast<int>(100 * tokens_in_common(serial, openmp) / std::max<std::size_t>(serial.size(), 1));
+    const std::vector<std::string> serial = tokens_of_file("serial/" + name + ".cpp"),
+                                   openmp = tokens_of_file("openmp/" + name + ".cpp");
+    const int share =
+        static_cast<int>(100 * tokens_in_common(serial, openmp) / std::max<std::size_t>(serial.size(), 1));
     const auto floor = floors.find(name);
     EXPECT_NE(floor, floors.end()) << name << " has no floor yet";
     if (floor == floors.end()) continue;

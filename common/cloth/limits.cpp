@@ -11,7 +11,8 @@ namespace lockstep::cloth {
 namespace {
 
 void require_at_most(double limit, double count, const std::string& what, const std::string& where) {
-  if (count > limit) throw InputError(where + ": " + digits_of(count) + ' ' + what + ", expected at most " + digits_of(limit));
+  if (count > limit)
+    throw InputError(where + ": " + digits_of(count) + ' ' + what + ", expected at most " + digits_of(limit));
 }
 
 // As in messages: [row, column] of a sheet, the number in its OBJ file of a mesh.
@@ -24,12 +25,13 @@ std::string name(const Sheet& sheet, int i) {
 
 double making_bytes(double particles, double constraints, double triangles, double most_constraints_of_a_particle) {
   constexpr double reals = sizeof(double) + sizeof(float);
-  constexpr double particle = 7 * reals + 3 * sizeof(int);         // positions, inverse mass; where its corners begin, while being counted
-  constexpr double constraint = 2 * (reals + 4 * sizeof(int));     // in both orders
-  constexpr double in_making = 2 * sizeof(int) + 64;               // its batch and place; the edge of a mesh that brought it
-  constexpr double growing = 2;                                    // a list that grows is held twice
-  constexpr double triangle = 3 * reals + 2 * 6 * sizeof(int);     // its force; itself, and its corners
-  constexpr double first_batches = sizeof(std::uint64_t);          // of a particle: one bit a batch, see make_batches
+  // Positions, inverse mass; where its corners begin, while being counted.
+  constexpr double particle = 7 * reals + 3 * sizeof(int);
+  constexpr double constraint = 2 * (reals + 4 * sizeof(int));  // in both orders
+  constexpr double in_making = 2 * sizeof(int) + 64;  // its batch and place; the edge of a mesh that brought it
+  constexpr double growing = 2;                       // a list that grows is held twice
+  constexpr double triangle = 3 * reals + 2 * 6 * sizeof(int);  // its force; itself, and its corners
+  constexpr double first_batches = sizeof(std::uint64_t);       // of a particle: one bit a batch, see make_batches
   // Batches from 64 on are kept constraint by constraint. There are fewer than twice the constraints of a particle.
   const double later_batch = 2 * most_constraints_of_a_particle > 64 ? 100 : 0;
   return particles * (particle + first_batches) + growing * constraints * (constraint + in_making) +
@@ -59,8 +61,9 @@ void require_lengths(const Cloth<double>& cloth, const std::string& where) {
   for (int k = 0; k < list.count; ++k) {
     const double length = std::sqrt(list.rest_2[k]);
     if (!(length >= smallest && length <= largest))
-      throw InputError(where + ": particles " + name(cloth.sheet, list.a[k]) + " and " + name(cloth.sheet, list.b[k]) + " are tied and " +
-                       digits_of(length) + " m apart, expected from " + digits_of(smallest) + " to " + digits_of(largest));
+      throw InputError(where + ": particles " + name(cloth.sheet, list.a[k]) + " and " + name(cloth.sheet, list.b[k]) +
+                       " are tied and " + digits_of(length) + " m apart, expected from " + digits_of(smallest) +
+                       " to " + digits_of(largest));
   }
 }
 

@@ -56,7 +56,8 @@ Capsule<double> read_sphere(const toml::table& table) {
 
 Capsule<double> read_capsule(const toml::table& table) {
   check_keys(table, {"from", "to", "radius"}, {});
-  return {.from = *vector(table, "from", "m"), .to = *vector(table, "to", "m"), .radius = *positive(table, "radius", "m")};
+  return {
+      .from = *vector(table, "from", "m"), .to = *vector(table, "to", "m"), .radius = *positive(table, "radius", "m")};
 }
 
 // The axes after rotations about x, then y, then z.
@@ -95,7 +96,8 @@ Bodies<double> read_bodies(const toml::table& scene) {
 Bodies<double> thickened(Bodies<double> bodies, double thickness) {
   for (Plane<double>& plane : bodies.planes) plane.offset += thickness;
   for (Capsule<double>& capsule : bodies.capsules) capsule.radius += thickness;
-  for (Box<double>& box : bodies.boxes) box.half = {box.half.x + thickness, box.half.y + thickness, box.half.z + thickness};
+  for (Box<double>& box : bodies.boxes)
+    box.half = {box.half.x + thickness, box.half.y + thickness, box.half.z + thickness};
   return bodies;
 }
 
@@ -116,7 +118,8 @@ std::vector<int> named_particles(std::string_view name, int rows, int columns) {
   for (const Part& part : parts)
     if (part.name == name)
       for (int row = part.first_row; row <= part.last_row; ++row)
-        for (int column = part.first_column; column <= part.last_column; ++column) particles.push_back(row * columns + column);
+        for (int column = part.first_column; column <= part.last_column; ++column)
+          particles.push_back(row * columns + column);
   return particles;
 }
 
@@ -124,14 +127,15 @@ std::vector<int> read_pin(const toml::node& pin, int rows, int columns) {
   const toml::array* pair = pin.as_array();
   if (pair && pair->size() == 2) {
     const auto row = (*pair)[0].value_exact<std::int64_t>(), column = (*pair)[1].value_exact<std::int64_t>();
-    if (row && *row >= 0 && *row < rows && column && *column >= 0 && *column < columns) return {static_cast<int>(*row * columns + *column)};
+    if (row && *row >= 0 && *row < rows && column && *column >= 0 && *column < columns)
+      return {static_cast<int>(*row * columns + *column)};
   }
   const std::vector<int> particles = named_particles(pin.value_exact<std::string>().value_or(""), rows, columns);
   if (particles.empty())
-    refuse_value(
-        pin, "pins",
-        "an edge (\"top\", \"bottom\", \"left\", \"right\"), a corner (\"top_left\", ...) or [row, column] of a particle, [0, 0] to [" +
-            std::to_string(rows - 1) + ", " + std::to_string(columns - 1) + ']');
+    refuse_value(pin, "pins",
+                 "an edge (\"top\", \"bottom\", \"left\", \"right\"), a corner (\"top_left\", ...) or [row, column] of "
+                 "a particle, [0, 0] to [" +
+                     std::to_string(rows - 1) + ", " + std::to_string(columns - 1) + ']');
   return particles;
 }
 
@@ -203,13 +207,15 @@ Cloth<double> load_sheet(const toml::table& table, const Model<double>& model, c
 
 // --- Meshes
 
-Cloth<double> load_mesh(const toml::table& table, const std::string& scene_path, const Model<double>& model, const Bodies<double>& bodies) {
+Cloth<double> load_mesh(const toml::table& table, const std::string& scene_path, const Model<double>& model,
+                        const Bodies<double>& bodies) {
   check_keys(table, {"file", "mass"}, {"scale", "bending", "pins_above"});
   const std::string path = beside(scene_path, *text(table, "file"));
   const double scale = positive(table, "scale", "").value_or(1);
   const double mass = *positive(table, "mass", "kg");
   const bool bending = truth(table, "bending").value_or(false);
-  const std::optional<double> pins_above = number(table, "pins_above", "a finite number, in m", [](double) { return true; });
+  const std::optional<double> pins_above =
+      number(table, "pins_above", "a finite number, in m", [](double) { return true; });
 
   Mesh mesh = read_obj(path);
   std::vector<int> triangles_around(mesh.points.size()), pinned;

@@ -20,15 +20,18 @@
 //   height = [0, -1, 0]          # m, from the first to the last row, likewise
 //   mass = .2                    # kg, of the whole sheet, > 0
 //   bending = true               # whether particles two apart are tied, too; false by default
-//   pins = ["top"]               # what nothing moves: "top" "bottom" "left" "right" edges, corners "top_left" ..., each
-//                                #   once, or particles [row, column]; none by default
-//   pull = { edge = "right", by = [.1, 0, 0] }   # m: an edge that is moved at the start, and pinned there; it stretches its ties
+//   pins = ["top"]               # what nothing moves: "top" "bottom" "left" "right" edges, corners "top_left" ...,
+//                                #   each once, or particles [row, column]; none by default
+//   pull = { edge = "right", by = [.1, 0, 0] }   # m: an edge that is moved at the start, and pinned there; it
+//                                                #   stretches its ties
 //
 //   [mesh]
-//   file = "garment.obj"         # required: triangles in Wavefront OBJ, beside the scene; polygons are cut into triangles
+//   file = "garment.obj"         # required: triangles in Wavefront OBJ, beside the scene; polygons are cut into
+//                                #   triangles
 //   scale = 1                    # > 0
 //   mass = .3                    # kg, required, > 0
-//   bending = true               # whether the far corners of two triangles with a common edge are tied, too; false by default
+//   bending = true               # whether the far corners of two triangles with a common edge are tied, too; false by
+//                                #   default
 //   pins_above = 1.4             # m: points with y above this are pinned; none by default
 //
 //   [[plane]]                    # any number of each body; all required but turn
@@ -63,10 +66,11 @@ struct Scene {
   int frames;
 };
 
-// Reads a TOML scene. Throws InputError in one line, `file:line:column: what was expected`, where the file cannot be read, is not
-// what is written above (an unknown key, a wrong type, a number out of range or not finite, a pin that is not on the sheet), or
-// does not fit the machine's memory, asked before the cloth is made; likewise where an OBJ is refused (common/obj.h), or tied particles
-// are at one place. Open meshes, and edges of more than two triangles, are taken.
+// Reads a TOML scene. Throws InputError in one line, `file:line:column: what was expected`, where the file cannot be
+// read, is not what is written above (an unknown key, a wrong type, a number out of range or not finite, a pin that is
+// not on the sheet), or does not fit the machine's memory, asked before the cloth is made; likewise where an OBJ is
+// refused (common/obj.h), or tied particles are at one place. Open meshes, and edges of more than two triangles, are
+// taken.
 Scene load_scene(const std::string& path);
 
 }  // namespace lockstep::cloth

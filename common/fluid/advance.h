@@ -1,8 +1,8 @@
 // Contract: one leapfrog step; particles that went through a wall are mirrored at it,
 //
 //   half_velocity += a dt,  p += half_velocity dt,  velocity = mean of the half velocities before and after;
-//   a particle that began the step in a cell at a wall and ends beyond that wall is mirrored at it, and that component of
-//   both its velocities is negated (where model.walls is true).
+//   a particle that began the step in a cell at a wall and ends beyond that wall is mirrored at it, and that component
+//   of both its velocities is negated (where model.walls is true).
 //
 // In:      grid (shape only), acceleration[i], m/s^2.
 // In, out: particles, at the positions that grid was rebuilt for.
@@ -15,7 +15,8 @@
 namespace lockstep::fluid {
 
 template <class Real>
-using Advance = void(const Model<Real>& model, const Grid<Real>& grid, const Vectors<Real>& acceleration, Particles<Real>& particles);
+using Advance = void(const Model<Real>& model, const Grid<Real>& grid, const Vectors<Real>& acceleration,
+                     Particles<Real>& particles);
 
 namespace serial {
 Advance<float> advance;

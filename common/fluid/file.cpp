@@ -57,7 +57,8 @@ FluidFile read_fluid(const std::string& path) {
   in.seekg(0);
   const auto bytes = [](std::int64_t count) { return std::to_string(count) + " bytes"; };
 
-  if (size < header_bytes) throw InputError(path + ": " + bytes(size) + ", expected at least a header of " + bytes(header_bytes));
+  if (size < header_bytes)
+    throw InputError(path + ": " + bytes(size) + ", expected at least a header of " + bytes(header_bytes));
   const auto [particles_per_metre, n] = read<Header>(in, path);
   require_resolution(particles_per_metre, path);
   if (n < 0) throw InputError(path + ": the number of particles is " + std::to_string(n) + ", expected 0 or more");
@@ -74,8 +75,8 @@ FluidFile read_fluid(const std::string& path) {
     const Record record = read<Record>(in, path);
     for (std::size_t f = 0; f < record.size(); ++f) {
       if (!std::isfinite(record[f]))
-        throw InputError(path + ": particle " + std::to_string(i) + ": " + field_names[f] + " is " + std::to_string(record[f]) +
-                         ", expected a finite number");
+        throw InputError(path + ": particle " + std::to_string(i) + ": " + field_names[f] + " is " +
+                         std::to_string(record[f]) + ", expected a finite number");
       (*arrays[f])[i] = record[f];
     }
     file.particles.id[i] = i;

@@ -66,7 +66,8 @@ Runs neighbour_runs(const Grid<Real>& grid, int x, int y, int z) {
   Runs runs;
   for (int row_z = z - 1; row_z <= z + 1; ++row_z)
     for (int row_y = y - 1; row_y <= y + 1; ++row_y)
-      if (row_y >= 0 && row_y < grid.y.cells && row_z >= 0 && row_z < grid.z.cells) runs.add(row_run(grid, x - 1, x + 1, row_y, row_z));
+      if (row_y >= 0 && row_y < grid.y.cells && row_z >= 0 && row_z < grid.z.cells)
+        runs.add(row_run(grid, x - 1, x + 1, row_y, row_z));
   return runs;
 }
 
@@ -78,7 +79,8 @@ Runs forward_runs(const Grid<Real>& grid, int x_first, int x_last, int y, int z)
   runs.add(row_run(grid, x_first, x_last + 1, y, z));
   if (y + 1 < grid.y.cells) runs.add(row_run(grid, x_first - 1, x_last + 1, y + 1, z));
   for (int row_y = y - 1; row_y <= y + 1; ++row_y)
-    if (row_y >= 0 && row_y < grid.y.cells && z + 1 < grid.z.cells) runs.add(row_run(grid, x_first - 1, x_last + 1, row_y, z + 1));
+    if (row_y >= 0 && row_y < grid.y.cells && z + 1 < grid.z.cells)
+      runs.add(row_run(grid, x_first - 1, x_last + 1, row_y, z + 1));
   return runs;
 }
 

@@ -28,11 +28,13 @@ inline double histogram_entries(double particles, double cells) { return std::ma
 // Bytes that a Fluid<Real> of so many particles and cells takes, the particles themselves included.
 template <class Real>
 double simulation_bytes(double particles, double cells) {
-  constexpr double particle = sizeof(std::int32_t) + 9 * sizeof(Real);    // id, position, two velocities
-  constexpr double neighbours = sizeof(std::int32_t) + 8 * sizeof(Real);  // without the lists (require_lists_fit, neighbours.h)
-  constexpr double per_particle = 2 * particle + (1 + 3) * sizeof(Real) + neighbours;  // particles and sorted, density, acceleration
-  constexpr double per_cell = sizeof(std::int32_t);                                    // cell_begin
-  constexpr double padding = 32;                                                       // padded() adds no more
+  constexpr double particle = sizeof(std::int32_t) + 9 * sizeof(Real);  // id, position, two velocities
+  // Without the lists (require_lists_fit, neighbours.h).
+  constexpr double neighbours = sizeof(std::int32_t) + 8 * sizeof(Real);
+  // Particles and sorted, density, acceleration.
+  constexpr double per_particle = 2 * particle + (1 + 3) * sizeof(Real) + neighbours;
+  constexpr double per_cell = sizeof(std::int32_t);  // cell_begin
+  constexpr double padding = 32;                     // padded() adds no more
   const double histograms = sizeof(std::int32_t) * histogram_entries(particles, cells);
   return per_particle * (particles + padding) + per_cell * (cells + 1) + histograms;
 }

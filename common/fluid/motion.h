@@ -10,8 +10,8 @@ namespace lockstep::fluid {
 // What the walls at the two ends of the axis add to the acceleration, m/s^2, of a particle at `position`, m, with these
 // velocities, m/s.
 template <class Real>
-inline void push_back(const Model<Real>& model, const Axis<Real>& axis, Real position, Real half_velocity, Real velocity,
-                      Real& acceleration) {
+inline void push_back(const Model<Real>& model, const Axis<Real>& axis, Real position, Real half_velocity,
+                      Real velocity, Real& acceleration) {
   const int cell = cell_coordinate(axis, position);
   const Real next = position + half_velocity * model.time_step;
   const Real depth_min = model.wall_reach - (next - axis.min);
@@ -24,8 +24,8 @@ inline void push_back(const Model<Real>& model, const Axis<Real>& axis, Real pos
 
 // One time step of the leapfrog; a particle that went through a wall is mirrored at it.
 template <class Real>
-inline void leapfrog(const Model<Real>& model, const Axis<Real>& axis, Real acceleration, Real& position, Real& half_velocity,
-                     Real& velocity) {
+inline void leapfrog(const Model<Real>& model, const Axis<Real>& axis, Real acceleration, Real& position,
+                     Real& half_velocity, Real& velocity) {
   const int cell = cell_coordinate(axis, position);
   Real hv = half_velocity + acceleration * model.time_step;
   Real p = position + hv * model.time_step;

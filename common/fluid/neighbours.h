@@ -17,9 +17,10 @@ namespace lockstep::fluid {
 // padded(its entries) elements; what fills it up are indices of any particles. Owned.
 template <class Real>
 struct Neighbours {
-  std::vector<Array<std::int32_t>> row;  // [row of cells z * grid.y.cells + y]: indices of particles, as they stand in the arrays
-  Array<std::int32_t> end;               // [particle]: where its list ends in the row's array; the next particle's begins there
-  Array<Real> scratch;                   // [8 padded(particles)]: of openmp/ within a call, kept so that it is allocated once
+  // [row of cells z * grid.y.cells + y]: indices of particles, as they stand in the arrays.
+  std::vector<Array<std::int32_t>> row;
+  Array<std::int32_t> end;  // [particle]: where its list ends in the row's array; the next particle's begins there
+  Array<Real> scratch;      // [8 padded(particles)]: of openmp/ within a call, kept so that it is allocated once
 
   // Of the pair lists, where every pair stands once, in the list of the particle that comes first in cell order: the
   // lists of a plane of cells in one array, padded likewise, and end[i] is a place in the plane's array.
@@ -68,7 +69,8 @@ void require_lists_fit(const Grid<Real>& grid) {
     longest = std::max(longest, plane);
   }
   constexpr double most = 1 << 30;  // lists grow by doubling
-  if (longest > most) throw InputError("up to " + std::to_string(crowd) + " particles in a cell: too crowded for lists of neighbours");
+  if (longest > most)
+    throw InputError("up to " + std::to_string(crowd) + " particles in a cell: too crowded for lists of neighbours");
   require_memory(all * entry, "up to " + std::to_string(crowd) + " particles in a cell: lists of neighbours");
 }
 

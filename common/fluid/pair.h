@@ -36,8 +36,8 @@ inline PairFactors<Number> pair_factors(const Model<Real>& model, Number density
 // The acceleration of particle i by particle j, m/s^2; dp = p_i - p_j, dv = v_j - v_i. That of j by i is its negative,
 // to the bit.
 template <class Real, class Number>
-inline Vector3<Number> pair_acceleration(const Model<Real>& model, Number density_i, Number density_j, const Vector3<Number>& dp,
-                                         const Vector3<Number>& dv, Number r2) {
+inline Vector3<Number> pair_acceleration(const Model<Real>& model, Number density_i, Number density_j,
+                                         const Vector3<Number>& dp, const Vector3<Number>& dv, Number r2) {
   const PairFactors<Number> factors = pair_factors(model, density_i, density_j, r2);
   return factors.pressure * dp + factors.viscosity * dv;
 }

@@ -1,4 +1,5 @@
-// Contract: puts the particles in cell order, so that the particles of a cell, and of a row of cells along x, are one run.
+// Contract: puts the particles in cell order, so that the particles of a cell, and of a row of cells along x, are one
+// run.
 //
 // In:      grid (shape only), particles in any order, anywhere (outside the domain too).
 // Out:     particles stably sorted by cell: by cell index, and within a cell in the order they came in.

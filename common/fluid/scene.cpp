@@ -27,14 +27,17 @@ struct Block {
 Block read_block(const toml::table& table, double particles_per_metre) {
   check_keys(table, {"min", "max"}, {"spacing", "jitter", "velocity"});
   const Vector3<double> min = *vector(table, "min", "m"), max = *vector(table, "max", "m");
-  if (!(min.x < max.x && min.y < max.y && min.z < max.z)) refuse_value(*table.get("max"), "max", "to be greater than min on every axis");
-  const double spacing = number(table, "spacing", "a number > 0, in m", [](double x) { return x > 0; }).value_or(1 / particles_per_metre);
+  if (!(min.x < max.x && min.y < max.y && min.z < max.z))
+    refuse_value(*table.get("max"), "max", "to be greater than min on every axis");
+  const double spacing =
+      number(table, "spacing", "a number > 0, in m", [](double x) { return x > 0; }).value_or(1 / particles_per_metre);
   const double jitter = number_between(table, "jitter", 0, 1, "").value_or(0);
   const Vector3<double> velocity = vector(table, "velocity", "m/s").value_or(Vector3<double>{0, 0, 0});
   // Lattice points min + (i + 1/2) spacing < max, i = 0, 1, ...
   const auto fit = [&](double from, double to) { return std::ceil((to - from) / spacing - .5); };
   const Vector3<double> points = {fit(min.x, max.x), fit(min.y, max.y), fit(min.z, max.z)};
-  if (!(points.x >= 1 && points.y >= 1 && points.z >= 1)) refuse(table.source(), "the block holds no particle, expected at least one");
+  if (!(points.x >= 1 && points.y >= 1 && points.z >= 1))
+    refuse(table.source(), "the block holds no particle, expected at least one");
   return {.min = min, .velocity = velocity, .spacing = spacing, .jitter = jitter, .points = points};
 }
 
@@ -50,7 +53,8 @@ std::vector<Block> read_blocks(const toml::table& scene, const Model<double>& mo
   return blocks;
 }
 
-// The k-th number of the splitmix64 sequence of `seed`, as a fraction 0 <= u < 1: the same on every platform, in any order.
+// The k-th number of the splitmix64 sequence of `seed`, as a fraction 0 <= u < 1: the same on every platform, in any
+// order.
 double random_fraction(std::uint64_t seed, std::uint64_t k) {
   std::uint64_t x = seed + (k + 1) * 0x9e3779b97f4a7c15;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9;

@@ -37,7 +37,8 @@ namespace lockstep::fluid {
 struct Holds {
   bool momentum_conserved = false;  // to rounding, in every frame
   bool inside_domain = false;       // every particle, after every frame
-  bool lattice_density = false;     // of the particles inside the block, in the first frame: the analytic sum over the lattice
+  // Of the particles inside the block, in the first frame: the analytic sum over the lattice.
+  bool lattice_density = false;
   // After this frame, kinetic plus gravitational energy falls from each 200 frames' peak to the next. It need not fall
   // in every frame: the fluid bounces, and trades energy with its compression.
   std::optional<int> energy_falls_after;

@@ -40,15 +40,20 @@ struct Plate {
   }
 
   double squared_distance(const Vector& p) const {
-    const auto is_left_of = [&](const Vector& from, const Vector& to) { return dot(cross((to - from), (p - from)), normal) >= 0; };
+    const auto is_left_of = [&](const Vector& from, const Vector& to) {
+      return dot(cross((to - from), (p - from)), normal) >= 0;
+    };
     if (normal_2 > 0 && is_left_of(a, b) && is_left_of(b, c) && is_left_of(c, a)) return squared_distance_from_plane(p);
-    return std::min({squared_distance_from_edge(p, a, b), squared_distance_from_edge(p, b, c), squared_distance_from_edge(p, c, a)});
+    return std::min({squared_distance_from_edge(p, a, b), squared_distance_from_edge(p, b, c),
+                     squared_distance_from_edge(p, c, a)});
   }
 };
 
 // The points of an axis from `low` to `high`, m; rounding may add one at either end.
 Extent points_between(double low, double high, double origin, double spacing, int n) {
-  const auto point = [&](double x) { return static_cast<int>(std::clamp((x - origin) / spacing - .5, -1., static_cast<double>(n))); };
+  const auto point = [&](double x) {
+    return static_cast<int>(std::clamp((x - origin) / spacing - .5, -1., static_cast<double>(n)));
+  };
   return {std::max(point(low), 0), std::min(point(high) + 2, n)};
 }
 
@@ -85,10 +90,11 @@ Vector at_height(double z, Vector low, Vector high) {
 
 // 1 at points inside, 0 outside.
 //
-// A plane of constant z cuts a triangle in a segment between two of its edges. A line along x crosses the triangle if one end of the
-// segment is to the left of the line and the other is not. An edge contains its lower end but not its upper one. So at any height a
-// triangle has no such edge or two, and all triangles around a point of the mesh agree. However positions round, a line leaves the mesh
-// as often as it enters, and the crossing lies on the triangle, even on one that is almost parallel to the line.
+// A plane of constant z cuts a triangle in a segment between two of its edges. A line along x crosses the triangle if
+// one end of the segment is to the left of the line and the other is not. An edge contains its lower end but not its
+// upper one. So at any height a triangle has no such edge or two, and all triangles around a point of the mesh agree.
+// However positions round, a line leaves the mesh as often as it enters, and the crossing lies on the triangle, even on
+// one that is almost parallel to the line.
 Field<std::uint8_t> inside(const Mesh& mesh, const Grid& grid) {
   // At first 1 at points with an odd number of crossings between them and the point before on the line along x.
   Field<std::uint8_t> in = make_field<std::uint8_t>(grid.nx, grid.ny, grid.nz, 0, 0);

@@ -6,8 +6,8 @@
 //
 // A position outside the grid takes the value of the nearest position on its boundary.
 //
-// In:      field, at least two points along each axis, fewer than 2^31 values with padding; `count` positions, m from the
-//          point (0, 0, 0), one array a component, padded (common/array.h). A NaN counts as 0.
+// In:      field, at least two points along each axis, fewer than 2^31 values with padding; `count` positions, m from
+//          the point (0, 0, 0), one array a component, padded (common/array.h). A NaN counts as 0.
 // Out:     value[0 .. count - 1], in the field's unit; room for padded(count).
 // Source:  what semi-Lagrangian advection reads (Stam, Stable fluids, SIGGRAPH 1999); [ITJ07] "Production Fluid".
 #pragma once
@@ -32,8 +32,8 @@ namespace openmp {
 Sample<float> sample;
 }  // namespace openmp
 
-// Where a coordinate lies along an axis: `fraction` of the way from point `first` to the next. Number and Index: a scalar and
-// std::int32_t, or floatv and intv.
+// Where a coordinate lies along an axis: `fraction` of the way from point `first` to the next. Number and Index: a
+// scalar and std::int32_t, or floatv and intv.
 template <class Number, class Index>
 struct Between {
   Index first;

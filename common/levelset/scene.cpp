@@ -43,22 +43,24 @@ std::array<int, 3> read_points(const toml::table& scene) {
 void require_size(double nx, double ny, double nz, const toml::node& points) {
   const double padded = (std::ceil(nx / 16) * 16 + 2 * Field<float>::padding) * ny * nz;
   // Points are counted in int32.
-  if (padded > most) refuse_value(points, "points", "at most " + digits_of(most) + " with padding, not " + digits_of(padded));
-  require_memory(bytes_per_point * padded, position(points.source()) + ": a grid of " + digits_of(nx * ny * nz) + " points");
+  if (padded > most)
+    refuse_value(points, "points", "at most " + digits_of(most) + " with padding, not " + digits_of(padded));
+  require_memory(bytes_per_point * padded,
+                 position(points.source()) + ": a grid of " + digits_of(nx * ny * nz) + " points");
 }
 
 Grid read_grid(const toml::table& scene) {
   const auto [nx, ny, nz] = read_points(scene);
   require_size(nx, ny, nz, *scene.get("points"));
-  const Grid grid{
-      .nx = nx,
-      .ny = ny,
-      .nz = nz,
-      .spacing = number_between(scene, "spacing", 1e-6, 1e6, "m").value_or(1. / nx),
-      .origin = vector(scene, "origin", "m").value_or(Vector3<double>{0, 0, 0})};
+  const Grid grid{.nx = nx,
+                  .ny = ny,
+                  .nz = nz,
+                  .spacing = number_between(scene, "spacing", 1e-6, 1e6, "m").value_or(1. / nx),
+                  .origin = vector(scene, "origin", "m").value_or(Vector3<double>{0, 0, 0})};
   // Farther from zero, rounding would move points.
   for (const double x : {grid.origin.x, grid.origin.y, grid.origin.z})
-    if (!(std::abs(x) <= 1e9 * grid.spacing)) refuse_value(*scene.get("origin"), "origin", "numbers of at most 1e9 spacings");
+    if (!(std::abs(x) <= 1e9 * grid.spacing))
+      refuse_value(*scene.get("origin"), "origin", "numbers of at most 1e9 spacings");
   return grid;
 }
 
@@ -85,8 +87,9 @@ Box read_box(const toml::table& table) {
 
 Torus read_torus(const toml::table& table) {
   check_keys(table, {"centre", "ring", "tube"}, {});
-  const Torus torus{
-      .centre = *vector(table, "centre", "m"), .ring = *positive(table, "ring", "m"), .tube = *positive(table, "tube", "m")};
+  const Torus torus{.centre = *vector(table, "centre", "m"),
+                    .ring = *positive(table, "ring", "m"),
+                    .tube = *positive(table, "tube", "m")};
   if (!(torus.tube < torus.ring)) refuse_value(*table.get("tube"), "tube", "less than the ring's radius");
   return torus;
 }
@@ -155,7 +158,8 @@ Scene load_scene(const std::string& path) {
   if (shapes.empty() && !mesh) refuse(scene.source(), "sphere, box, torus or mesh is missing");
   if (!shapes.empty() && mesh) refuse_value(*mesh, "mesh", "either shapes or [mesh]");
 
-  Field<float> phi = distorted(mesh ? signed_distance(load_mesh(*mesh, path), grid) : distance_from(shapes, grid), grid, distort);
+  Field<float> phi =
+      distorted(mesh ? signed_distance(load_mesh(*mesh, path), grid) : distance_from(shapes, grid), grid, distort);
   require_interface(phi, scene);
   return {.name = scene_name(path),
           .path = path,

@@ -16,12 +16,13 @@ double distance(const Sphere& sphere, const Vector3<double>& p) {
   return length(x, y, z) - sphere.radius;
 }
 
-// Outside: the length of the vector from the box to p, which is zero along axes where p is within the box. Inside: minus the
-// distance to the nearest side.
+// Outside: the length of the vector from the box to p, which is zero along axes where p is within the box. Inside:
+// minus the distance to the nearest side.
 double distance(const Box& box, const Vector3<double>& p) {
   const auto [x, y, z] = minus(p, box.centre);
   const double out_x = std::abs(x) - box.half.x, out_y = std::abs(y) - box.half.y, out_z = std::abs(z) - box.half.z;
-  return length(std::max(out_x, 0.), std::max(out_y, 0.), std::max(out_z, 0.)) + std::min(std::max({out_x, out_y, out_z}), 0.);
+  return length(std::max(out_x, 0.), std::max(out_y, 0.), std::max(out_z, 0.)) +
+         std::min(std::max({out_x, out_y, out_z}), 0.);
 }
 
 // In the plane through p and the axis, the tube is a circle.

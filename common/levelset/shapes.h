@@ -29,8 +29,8 @@ using Shape = std::variant<Sphere, Box, Torus>;
 // The distance from the surface, negative inside, m.
 double signed_distance(const Shape& shape, const Vector3<double>& p);
 
-// The same of the union of the shapes; infinite if there are none. Inside, where shapes overlap, the value is only a lower bound of the
-// distance from the surface.
+// The same of the union of the shapes; infinite if there are none. Inside, where shapes overlap, the value is only a
+// lower bound of the distance from the surface.
 double signed_distance(const std::vector<Shape>& shapes, const Vector3<double>& p);
 
 }  // namespace lockstep::levelset

@@ -50,7 +50,8 @@ template <class T>
 
 // The same for the edges' axes and the axis of a face; the face's is preferred.
 template <class T>
-[[gnu::always_inline]] inline BoxAxis<T> best_axis(const BoxPair<T>& boxes, const T& margin, BoxAxis<T> face, Truth<T>& active) {
+[[gnu::always_inline]] inline BoxAxis<T> best_axis(const BoxPair<T>& boxes, const T& margin, BoxAxis<T> face,
+                                                   Truth<T>& active) {
   BoxAxis<T> best = {0, -std::numeric_limits<float>::infinity()};
 #pragma GCC unroll 3
   for (int i = 0; i < 3; ++i)
@@ -86,7 +87,8 @@ template <class T, class I>
   const auto& [half_a, half_b, t, r] = boxes;
   const T zero(0);
   const Three<T> c = {r[0][j], r[1][j], r[2][j]};
-  const Three<T> n = {select(i == I(0), zero, select(i == I(1), c[2], -c[1])), select(i == I(1), zero, select(i == I(2), c[0], -c[2])),
+  const Three<T> n = {select(i == I(0), zero, select(i == I(1), c[2], -c[1])),
+                      select(i == I(1), zero, select(i == I(2), c[0], -c[2])),
                       select(i == I(2), zero, select(i == I(0), c[1], -c[0]))};
   const T length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
   const T scale = select(t[0] * n[0] + t[1] * n[1] + t[2] * n[2] < zero, T(-1), T(1)) / length;

@@ -28,7 +28,7 @@ struct BoxFaces {
 
 template <class T>
 [[gnu::always_inline]] inline BoxFaces<T> see_faces(const BoxPair<T>& boxes, const Pose<T>& pose, const Truth<T>& on_b,
-                                                     const Integer<T>& axis, const Three<T>& normal) {
+                                                    const Integer<T>& axis, const Three<T>& normal) {
   using I = Integer<T>;
   BoxPair<T> from_reference = boxes;
   if (any(on_b)) from_reference = select(on_b, swapped(boxes), boxes);
@@ -50,15 +50,17 @@ template <class T>
   };
   faces.p = seen(half_b[p] * row_x[p], half_b[p] * row_y[p], half_b[p] * row_z[p] * per_height);
   faces.q = seen(half_b[q] * row_x[q], half_b[q] * row_y[q], half_b[q] * row_z[q] * per_height);
-  faces.middle = seen(t[x] + out * row_x[incident], t[y] + out * row_y[incident], faces.lowest + abs(faces.p.z) + abs(faces.q.z));
+  faces.middle =
+      seen(t[x] + out * row_x[incident], t[y] + out * row_y[incident], faces.lowest + abs(faces.p.z) + abs(faces.q.z));
   faces.size = largest_half(boxes);
 
   const Matrix3<T> m = matrix_of(pose.orientation);
   const Three<Vector3<T>> column = {m.x, m.y, m.z};
   faces.x = column[x], faces.y = column[y], faces.z = up * column[axis];
   faces.origin = pose.position + half_a[axis] * faces.z;
-  faces.feature =
-      ((select(on_b, I(6), 0) + 2 * axis + select(up > T(0), I(1), 0)) * 6 + 2 * incident + select(facing > T(0), I(1), 0)) * slots;
+  faces.feature = ((select(on_b, I(6), 0) + 2 * axis + select(up > T(0), I(1), 0)) * 6 + 2 * incident +
+                   select(facing > T(0), I(1), 0)) *
+                  slots;
   return faces;
 }
 
@@ -70,7 +72,8 @@ struct BoxPoint {
 };
 template <class T>
 [[gnu::always_inline]] inline void take(const Truth<T>& mask, const BoxPoint<T>& from, BoxPoint<T>& to) {
-  where(mask, to.x) = from.x, where(mask, to.y) = from.y, where(mask, to.separation) = from.separation, where(mask, to.slot) = from.slot;
+  where(mask, to.x) = from.x, where(mask, to.y) = from.y, where(mask, to.separation) = from.separation,
+              where(mask, to.slot) = from.slot;
 }
 
 // All candidates, and which are valid. What keep_four.h asks for is measured seen along the normal.
@@ -82,7 +85,8 @@ struct BoxPoints {
   Truth<T> valid[slots];
   T preference, same;  // m: a point is deeper, or another one, by more than this
 
-  [[gnu::always_inline]] void set(int k, const Truth<T>& is_valid, const T& at_x, const T& at_y, const T& its_separation) {
+  [[gnu::always_inline]] void set(int k, const Truth<T>& is_valid, const T& at_x, const T& at_y,
+                                  const T& its_separation) {
     valid[k] = is_valid, x[k] = at_x, y[k] = at_y, separation[k] = its_separation;
   }
   template <class Action>
@@ -132,7 +136,8 @@ template <class T>
 
 // All candidates. At least one is valid.
 template <class T>
-[[gnu::always_inline]] inline void find_candidates(const BoxFaces<T>& faces, const T& separation, BoxPoints<T>& points) {
+[[gnu::always_inline]] inline void find_candidates(const BoxFaces<T>& faces, const T& separation,
+                                                   BoxPoints<T>& points) {
   const Vector3<T>&middle = faces.middle, &p = faces.p, &q = faces.q;
   const T widening = T(face_widening) * faces.size, half_x = faces.half_x + widening, half_y = faces.half_y + widening;
   Truth<T> found = all_false<T>();
@@ -143,13 +148,15 @@ template <class T>
 #pragma GCC unroll 4
   for (int k = 0; k < 4; ++k) {
     const bool along_p = k % 2 == 0;
-    const Vector3<T> start = corner(faces, T(sign_p[k]), T(sign_q[k])), step = T(k < 2 ? -2.f : 2.f) * (along_p ? p : q);
+    const Vector3<T> start = corner(faces, T(sign_p[k]), T(sign_q[k])),
+                     step = T(k < 2 ? -2.f : 2.f) * (along_p ? p : q);
     const Span<T> x = span_within(start.x, step.x, along_p ? per_p_x : per_q_x, half_x);
     const Span<T> y = span_within(start.y, step.y, along_p ? per_p_y : per_q_y, half_y);
     const T enter = max(max(x.near, y.near), T(0)), exit = min(min(x.far, y.far), T(1));
     const Truth<T> within = enter <= exit;
     points.set(2 * k, within, start.x + enter * step.x, start.y + enter * step.y, start.z + enter * step.z);
-    points.set(2 * k + 1, within & (exit < T(1)), start.x + exit * step.x, start.y + exit * step.y, start.z + exit * step.z);
+    points.set(2 * k + 1, within & (exit < T(1)), start.x + exit * step.x, start.y + exit * step.y,
+               start.z + exit * step.z);
     found = found | within;
   }
 
@@ -194,8 +201,10 @@ template <class T>
   for (int k = 0; k < slots; ++k) points.valid[k] = points.valid[k] & (points.separation[k] <= margin);
   where(deepest.point.separation > margin, deepest.point.separation) = separation;
   auto four = find_others<T>(points, deepest);
-  for (auto* kept : {&four.farthest, &four.left, &four.right}) where(!kept->there, kept->point.slot) = Integer<T>(slots);
-  BoxPoint<T>&first = four.deepest.point, &second = four.farthest.point, &left = four.left.point, &right = four.right.point;
+  for (auto* kept : {&four.farthest, &four.left, &four.right})
+    where(!kept->there, kept->point.slot) = Integer<T>(slots);
+  BoxPoint<T>&first = four.deepest.point, &second = four.farthest.point, &left = four.left.point,
+  &right = four.right.point;
   put_in_order(first, second), put_in_order(left, right), put_in_order(first, left), put_in_order(second, right);
   put_in_order(second, left);
   point[0] = first, point[1] = second, point[2] = left, point[3] = right;
@@ -215,8 +224,9 @@ struct EdgePoint {
   Integer<T> feature;
 };
 template <class T>
-[[gnu::always_inline]] inline EdgePoint<T> edge_point(const BoxPair<T>& boxes, const Pose<T>& pose_a, const Integer<T>& i, const Integer<T>& j,
-                                                      const Three<T>& normal, const Three<T>& normal_b) {
+[[gnu::always_inline]] inline EdgePoint<T> edge_point(const BoxPair<T>& boxes, const Pose<T>& pose_a,
+                                                      const Integer<T>& i, const Integer<T>& j, const Three<T>& normal,
+                                                      const Three<T>& normal_b) {
   using I = Integer<T>;
   const auto& [half_a, half_b, t, r] = boxes;
   // The edge of a that is foremost along the normal, and the edge of b that is hindmost: their middles.
@@ -231,9 +241,10 @@ template <class T>
   // Seen along the normal they cross where b's has no distance from a's line: along that distance, and not along the
   // edges, which may be all but parallel, rounding moves them no farther apart than it moves points.
   const I i1 = next(i), i2 = next(i1), j1 = next(j), j2 = next(j1);
-  const Three<T> direction = {r[0][j], r[1][j], r[2][j]}, between = {on_b[0] - on_a[0], on_b[1] - on_a[1], on_b[2] - on_a[2]};
+  const Three<T> direction = {r[0][j], r[1][j], r[2][j]},
+                 between = {on_b[0] - on_a[0], on_b[1] - on_a[1], on_b[2] - on_a[2]};
   const T across = between[i1] * normal[i2] - between[i2] * normal[i1],
-               slope = direction[i1] * normal[i2] - direction[i2] * normal[i1];
+          slope = direction[i1] * normal[i2] - direction[i2] * normal[i1];
   const auto within = [](const T& x, const T& half) { return min(max(x, -half), half); };
   const T along_edge_b = within(-across / slope, half_b[j]);
   const T along_edge_a = within(between[i] + along_edge_b * direction[i], half_a[i]);
@@ -244,7 +255,9 @@ template <class T>
   }
 
   const Matrix3<T> m = matrix_of(pose_a.orientation);
-  const auto edge = [](const I& axis, const Truth<T>& next, const Truth<T>& after) { return I(4) * axis + select(next, I(1), I(0)) + select(after, I(2), I(0)); };
+  const auto edge = [](const I& axis, const Truth<T>& next, const Truth<T>& after) {
+    return I(4) * axis + select(next, I(1), I(0)) + select(after, I(2), I(0));
+  };
   const I edge_a = edge(i, !(normal[i1] < T(0)), !(normal[i2] < T(0)));
   const I edge_b = edge(j, normal_b[j1] < T(0), normal_b[j2] < T(0));
   const Vector3<T> twice = {on_a[0] + on_b[0], on_a[1] + on_b[1], on_a[2] + on_b[2]};

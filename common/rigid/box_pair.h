@@ -4,16 +4,18 @@
 // sums some eight products of numbers up to size: it is good to 10 u size = 6e-7 size, and axis_preference covers that.
 // Everything follows from it:
 //
-//   - An axis replaces the one that is preferred to it only if it is better by axis_preference: so the depth is that of the best axis to
-//     within axis_preference, and rounding does not choose.
-//   - The axis of two edges at an angle is at most 2 half sin(angle) better than the best of the others: the face of the boxes' difference
-//     that it belongs to is a strip of that width, and beyond either side of the strip is one of the others. Where that is less than
-//     axis_preference it cannot win, so edges of sin(angle) <= axis_preference / 2 need no test.
-//   - The lowest corner of the other box may lie beside the reference face where another axis is better by b <= axis_preference + rounding.
-//     Within the prism over the face the other box still reaches down to depth - b (were it less, moving the boxes apart by less than the
-//     true depth would part them). If that point is not on the incident face, then on a neighbour of it, at most b above the lowest corner;
-//     the edge that leads there from the incident face rises by at least 1 / sqrt(3) of its length. So the incident face is at most
-//     1.42 b beside the prism at that depth: the reference face, widened by 2 b, always meets it. face_widening is 2 b.
+//   - An axis replaces the one that is preferred to it only if it is better by axis_preference: so the depth is that of
+//     the best axis to within axis_preference, and rounding does not choose.
+//   - The axis of two edges at an angle is at most 2 half sin(angle) better than the best of the others: the face of
+//     the boxes' difference that it belongs to is a strip of that width, and beyond either side of the strip is one of
+//     the others. Where that is less than axis_preference it cannot win, so edges of sin(angle) <= axis_preference / 2
+//     need no test.
+//   - The lowest corner of the other box may lie beside the reference face where another axis is better by b <=
+//     axis_preference + rounding. Within the prism over the face the other box still reaches down to depth - b (were it
+//     less, moving the boxes apart by less than the true depth would part them). If that point is not on the incident
+//     face, then on a neighbour of it, at most b above the lowest corner; the edge that leads there from the incident
+//     face rises by at least 1 / sqrt(3) of its length. So the incident face is at most 1.42 b beside the prism at that
+//     depth: the reference face, widened by 2 b, always meets it. face_widening is 2 b.
 #pragma once
 
 #include "common/math.h"
@@ -62,8 +64,9 @@ struct BoxPair {
 
 // In the frame of a, so that it does not matter where in the world the boxes are.
 template <class T>
-[[gnu::always_inline]] inline BoxPair<T> box_pair(const Vector3<T>& position_a, const Quaternion<T>& orientation_a, const Quad<T>& half_a,
-                                                  const Vector3<T>& position_b, const Quaternion<T>& orientation_b, const Quad<T>& half_b) {
+[[gnu::always_inline]] inline BoxPair<T> box_pair(const Vector3<T>& position_a, const Quaternion<T>& orientation_a,
+                                                  const Quad<T>& half_a, const Vector3<T>& position_b,
+                                                  const Quaternion<T>& orientation_b, const Quad<T>& half_b) {
   const Vector3<T> t = transposed_times(matrix_of(orientation_a), position_b - position_a);
   const Matrix3<T> r = matrix_of(conjugate(orientation_a) * orientation_b);
   return {{half_a.x, half_a.y, half_a.z},

@@ -38,8 +38,8 @@ inline I feature_of(const I& of_b, const I& reference, const I& incident, const 
 template <class T>
 struct Polygon {
   Integer<T> count;
-  int most;         // corners of any lane
-  Quad<T> plane;    // outward unit normal, and the distance of the plane from the origin; 0 of a core without faces
+  int most;       // corners of any lane
+  Quad<T> plane;  // outward unit normal, and the distance of the plane from the origin; 0 of a core without faces
   std::array<Vector3<T>, most_hull_vertices> corner;
 
   Vector3<T> next(int k) const {
@@ -107,8 +107,8 @@ struct FacePoints {
 // The incident face against the reference face, where the mask is true. `out` points from the reference face towards
 // the incident one.
 template <class T>
-inline void clip_faces(const Truth<T>& mask, const Polygon<T>& reference, const Polygon<T>& incident, const Vector3<T>& out, const T& slack,
-                       FacePoints<T>& points) {
+inline void clip_faces(const Truth<T>& mask, const Polygon<T>& reference, const Polygon<T>& incident,
+                       const Vector3<T>& out, const T& slack, FacePoints<T>& points) {
   using I = Integer<T>;
   // Sides stand on the edges of the reference face, along `out`. What is beyond one by no more than rounding is within.
   std::array<Vector3<T>, most_hull_vertices> side;
@@ -145,7 +145,8 @@ inline void clip_faces(const Truth<T>& mask, const Polygon<T>& reference, const 
   }
 
   if (incident.most < 3) return;
-  const T cosine = -dot(vector_of(incident.plane), out), per_incident_cosine = T(1) / max(cosine, T(least_incident_cosine));
+  const T cosine = -dot(vector_of(incident.plane), out),
+          per_incident_cosine = T(1) / max(cosine, T(least_incident_cosine));
   for (int k = 0; k < reference.most; ++k) {
     const Vector3<T>& corner = reference.corner[k];
     Truth<T> within = mask & (I(k) < reference.count) & (incident.count >= I(3)) & (cosine > T(least_incident_cosine));
@@ -160,8 +161,8 @@ inline void clip_faces(const Truth<T>& mask, const Polygon<T>& reference, const 
 
 // Of the points of faces, those within margin; and where the faces do not hold the deepest points, those are one more.
 template <class T>
-inline void finish_points(const Vector3<T>& middle, const T& separation, const T& radii, const T& margin, const T& slack,
-                          FacePoints<T>& points) {
+inline void finish_points(const Vector3<T>& middle, const T& separation, const T& radii, const T& margin,
+                          const T& slack, FacePoints<T>& points) {
   T deepest = std::numeric_limits<float>::infinity();
   for (int k = 0; k < points.count; ++k) {
     deepest = select(points.valid[k], min(points.separation[k], deepest), deepest);

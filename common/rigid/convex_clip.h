@@ -1,7 +1,8 @@
 // Contract: of convex colliders and the axis of each pair, up to four points that hold the two apart along it.
 //
 // In:     pairs; axes[k] of pairs[k], as convex_axes made them; margin, m, >= 0.
-// Out:    manifolds[k] of pairs[k], one for each pair, every word of it; count is 0 where the two are farther apart than margin.
+// Out:    manifolds[k] of pairs[k], one for each pair, every word of it; count is 0 where the two are farther apart
+//         than margin.
 // Errors: none.
 //
 // The face of a and the face of b that support the normal best are clipped against one another. The deepest of the
@@ -19,8 +20,8 @@
 namespace lockstep::rigid {
 
 template <class Real>
-using ConvexClip = void(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<const SeparatingAxis<Real>> axes, Real margin,
-                        std::span<Manifold<Real>> manifolds);
+using ConvexClip = void(const Placed<Real>& placed, std::span<const Pair> pairs,
+                        std::span<const SeparatingAxis<Real>> axes, Real margin, std::span<Manifold<Real>> manifolds);
 
 namespace serial {
 ConvexClip<float> convex_clip;

@@ -13,8 +13,9 @@ namespace lockstep::rigid {
 inline constexpr int most_hull_faces = 2 * most_hull_vertices - 4;
 inline constexpr int most_hull_edges = 3 * most_hull_vertices - 6;
 
-// Coordinates carry a rounding error of some epsilon / 2 of the pair's reach: the turned and moved vertices of b that of seven operations,
-// a product with a unit vector that of three more. Separations that differ by less than this slack may be equal.
+// Coordinates carry a rounding error of some epsilon / 2 of the pair's reach: the turned and moved vertices of b that
+// of seven operations, a product with a unit vector that of three more. Separations that differ by less than this slack
+// may be equal.
 template <class Real>
 inline constexpr Real slack_per_reach = 4 * std::numeric_limits<Real>::epsilon();
 
@@ -34,9 +35,11 @@ inline Vector3<T> absolute(const Vector3<T>& v) {
   return {abs(v.x), abs(v.y), abs(v.z)};
 }
 
-// The pair's reach: no coordinate in a's frame is larger. Rounding is relative to it. `centre` and `half` are those of the hulls' boxes.
+// The pair's reach: no coordinate in a's frame is larger. Rounding is relative to it. `centre` and `half` are those of
+// the hulls' boxes.
 template <class T>
-inline T reach_of(const Cores<T>& cores, const Quad<T>& centre_a, const Quad<T>& half_a, const Quad<T>& centre_b, const Quad<T>& half_b) {
+inline T reach_of(const Cores<T>& cores, const Quad<T>& centre_a, const Quad<T>& half_a, const Quad<T>& centre_b,
+                  const Quad<T>& half_b) {
   return dot(cores.scale_a, absolute(vector_of(centre_a)) + vector_of(half_a)) +
          dot(cores.scale_b, absolute(vector_of(centre_b)) + vector_of(half_b)) + taxicab(cores.offset);
 }

@@ -30,7 +30,8 @@ struct Nearest {
   Vector3<T> point;
 };
 template <class T>
-inline Nearest<T> nearest_between(const Truth<T>& two, const Truth<T>& three, const Truth<T>& four, const Vector3<T>* corner) {
+inline Nearest<T> nearest_between(const Truth<T>& two, const Truth<T>& three, const Truth<T>& four,
+                                  const Vector3<T>* corner) {
   const T none(0), one(1);
   const Vector3<T>& p = corner[0];
   const Vector3<T> e = corner[1] - p, f = corner[2] - p, g = corner[3] - p;
@@ -48,7 +49,8 @@ inline Nearest<T> nearest_between(const Truth<T>& two, const Truth<T>& three, co
   const auto choose = [&](T at_corner, T of_edge, T of_face) {
     return select(four, none, select(three, along * of_face, select(two, per_length_2 * of_edge, at_corner)));
   };
-  return {{one - (s + t + u), s, t, u}, {choose(p.x, off_edge.x, e_f.x), choose(p.y, off_edge.y, e_f.y), choose(p.z, off_edge.z, e_f.z)}};
+  return {{one - (s + t + u), s, t, u},
+          {choose(p.x, off_edge.x, e_f.x), choose(p.y, off_edge.y, e_f.y), choose(p.z, off_edge.z, e_f.z)}};
 }
 
 // Two cores, in a's frame, and what is left of GJK's simplex.
@@ -57,21 +59,25 @@ struct CorePair {
   using Number = T;
 
   Cores<T> cores;
-  T slack, touching;                // m
-  Vector3<T> on_a, on_b, between;   // points of the cores: the closest, or where they overlap, the same within rounding; and b's from a's
+  T slack, touching;  // m
+  // Points of the cores: the closest, or where they overlap, the same within rounding; and b's from a's.
+  Vector3<T> on_a, on_b, between;
 
   Vector3<T> in_b(const Vector3<T>& point) const { return transposed_times(cores.turn, point - cores.offset); }
 };
 // Corners 0 .. count - 1 of the simplex are those of the vertices of_a and of_b.
 template <class Real, class T>
-inline CorePair<T> make_core_pair(const Cores<T>& cores, const T& reach, const Integer<T>& count, const Vector3<T> (&of_a)[4],
-                                  const Vector3<T> (&of_b)[4]) {
+inline CorePair<T> make_core_pair(const Cores<T>& cores, const T& reach, const Integer<T>& count,
+                                  const Vector3<T> (&of_a)[4], const Vector3<T> (&of_b)[4]) {
   using I = Integer<T>;
   const Vector3<T> corner[4] = {of_b[0] - of_a[0], of_b[1] - of_a[1], of_b[2] - of_a[2], of_b[3] - of_a[3]};
   const auto [weight, point] = nearest_between<T>(count == I(2), count == I(3), count == I(4), corner);
-  return {cores, T(slack_per_reach<Real>) * reach, T(touching_per_reach) * reach,
+  return {cores,
+          T(slack_per_reach<Real>) * reach,
+          T(touching_per_reach) * reach,
           weight[0] * of_a[0] + weight[1] * of_a[1] + weight[2] * of_a[2] + weight[3] * of_a[3],
-          weight[0] * of_b[0] + weight[1] * of_b[1] + weight[2] * of_b[2] + weight[3] * of_b[3], point};
+          weight[0] * of_b[0] + weight[1] * of_b[1] + weight[2] * of_b[2] + weight[3] * of_b[3],
+          point};
 }
 
 // An axis from a to b, how far it separates the cores, and the point midway where they are nearest along it.
@@ -114,7 +120,8 @@ inline auto best_face_axis(const Problem& problem, const Bounds& bounds_a, const
   const auto &a = problem.a, &b = problem.b;
   const Cores<Real>& cores = problem.cores;
   CoreAxis<Real> best = {{0, 0, 0}, -std::numeric_limits<Real>::infinity(), {0, 0, 0}};
-  const BestFace<Real> face_a = best_face(a, bounds_a, best.separation, [&](const Vector3<Real>& n) { return problem.lowest_b(n); });
+  const BestFace<Real> face_a =
+      best_face(a, bounds_a, best.separation, [&](const Vector3<Real>& n) { return problem.lowest_b(n); });
   if (face_a.face >= 0) {
     const Vector3<Real> normal = normal_of(a, face_a.face);
     best = {normal, face_a.separation, face_a.vertex - (Real(.5) * face_a.separation) * normal, face_a.face};
@@ -144,11 +151,12 @@ struct EdgeAxis {
   Truth<T> way, other_way;
 };
 template <class T>
-inline EdgeAxis<T> edge_axis(const CoreEdge<T>& a, const CoreEdge<T>& b, const Vector3<T>& on_a, const Vector3<T>& on_b, const T& slack,
-                             const T& enough) {
+inline EdgeAxis<T> edge_axis(const CoreEdge<T>& a, const CoreEdge<T>& b, const Vector3<T>& on_a, const Vector3<T>& on_b,
+                             const T& slack, const T& enough) {
   const Vector3<T> normal = cross(a.along, b.along);
   const T square = dot(normal, normal), length = sqrt(square);
-  const T apart = dot(normal, b.start - a.start), before_a = dot(normal, a.start - on_a), after_b = dot(normal, on_b - b.start);
+  const T apart = dot(normal, b.start - a.start), before_a = dot(normal, a.start - on_a),
+          after_b = dot(normal, on_b - b.start);
   const T away = slack * length, least = enough * length;
   const Truth<T> across = square > T(parallel_2) * dot(a.along, a.along) * dot(b.along, b.along);
   const Truth<T> way = across & (before_a >= -away) & (after_b >= -away) & (apart > least);
@@ -161,7 +169,8 @@ template <class Real>
 inline Vector3<Real> middle_of_edges(const CoreEdge<Real>& a, const CoreEdge<Real>& b) {
   const Vector3<Real> between = b.start - a.start, normal = cross(a.along, b.along);
   const Real per_square = 1 / dot(normal, normal);
-  const Real s = dot(cross(between, b.along), normal) * per_square, t = dot(cross(between, a.along), normal) * per_square;
+  const Real s = dot(cross(between, b.along), normal) * per_square,
+             t = dot(cross(between, a.along), normal) * per_square;
   const Vector3<Real> on_a = a.start + min(max(s, 0), 1) * a.along, on_b = b.start + min(max(t, 0), 1) * b.along;
   return Real(.5) * (on_a + on_b);
 }
@@ -174,7 +183,8 @@ inline void try_edges(const Problem& problem, const CoreEdge<Real>& a, const Cor
   if (!(edges.way | edges.other_way)) return;
   const auto measure = [&](const Vector3<Real>& axis, Real between_edges) {
     const Real separation = separation_along(problem, axis);
-    const bool are_deepest = between_edges <= separation + apart_slacks * slack;  // these two edges, and not others parallel to them
+    // These two edges, and not others parallel to them.
+    const bool are_deepest = between_edges <= separation + apart_slacks * slack;
     if ((separation > best.separation + slack) & are_deepest) best = {axis, separation, middle_of_edges(a, b)};
   };
   const Real per_length = 1 / edges.length;
@@ -216,7 +226,8 @@ inline auto closest_axis(const Problem& problem) {
   }
   if (face_b.cosine > least_cosine) {
     const Vector3<Real> normal = turn * normal_of(b, face_b.face);
-    if (height(b, face_b.face, problem.in_b(problem.lowest_a(normal))) >= least) best.normal = -normal, best.face_b = face_b.face;
+    if (height(b, face_b.face, problem.in_b(problem.lowest_a(normal))) >= least)
+      best.normal = -normal, best.face_b = face_b.face;
   }
   return best;
 }
@@ -232,6 +243,7 @@ inline SeparatingAxis<Real> with_faces(const Problem& problem, const CoreAxis<Re
 
 // The axis of a pair that is farther apart than margin.
 template <class Real>
-inline constexpr SeparatingAxis<Real> far_apart = {{0, 0, 0}, std::numeric_limits<Real>::infinity(), {0, 0, 0}, 0, 0, 0, 0, {}};
+inline constexpr SeparatingAxis<Real> far_apart = {
+    {0, 0, 0}, std::numeric_limits<Real>::infinity(), {0, 0, 0}, 0, 0, 0, 0, {}};
 
 }  // namespace lockstep::rigid

@@ -25,7 +25,8 @@ struct Corner {
 };
 template <class T>
 [[gnu::always_inline]] inline void take(const Truth<T>& mask, const Corner<T>& from, Corner<T>& to) {
-  where(mask, to.place.x) = from.place.x, where(mask, to.place.y) = from.place.y, where(mask, to.place.z) = from.place.z;
+  where(mask, to.place.x) = from.place.x, where(mask, to.place.y) = from.place.y,
+              where(mask, to.place.z) = from.place.z;
   where(mask, to.separation) = from.separation, where(mask, to.vertex) = from.vertex;
 }
 
@@ -49,10 +50,13 @@ struct PlaneView {
   }
 };
 template <class T>
-[[gnu::always_inline]] inline PlaneView<T> view_plane(const Pose<T>& plane, const Pose<T>& convex, const Quad<T>& size) {
+[[gnu::always_inline]] inline PlaneView<T> view_plane(const Pose<T>& plane, const Pose<T>& convex,
+                                                      const Quad<T>& size) {
   const Vector3<T> normal = matrix_of(plane.orientation).y;
   const Matrix3<T> axes = matrix_of(convex.orientation);
-  return {normal, transposed_times(axes, normal), axes, convex.position, size, dot(normal, convex.position - plane.position) - size.w};
+  return {normal, transposed_times(axes, normal),
+          axes,   convex.position,
+          size,   dot(normal, convex.position - plane.position) - size.w};
 }
 
 // The corners of a shape, as keep_four.h asks for them. Distances are measured along the plane; a corner that is no
@@ -70,7 +74,7 @@ struct Corners {
   [[gnu::always_inline]] void each(const Action& action) const {
     for (int i = 0; i < count; ++i) {
       const Point corner = corner_of(i);
-      action(corner, corner.separation <= limit);
+      if (const Truth<T> valid = corner.separation <= limit; any(valid)) action(corner, valid);
     }
   }
   T deeper_by() const { return T(0); }

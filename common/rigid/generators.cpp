@@ -83,10 +83,11 @@ constexpr int hulls_of_assortment = 64, most_points = 24;
 
 // The assortment's shapes, in the order in which they are taken.
 std::vector<Shape> shapes_of(World<double>& world, Assortment assortment, Random& random) {
-  const std::vector<Shape> boxes = {{Kind::box, {.5, .5, .5}, 0, 0}, {Kind::box, {.3, .5, .7}, 0, 0},
-                                    {Kind::box, {.4, .4, .4}, 0, 0}, {Kind::box, {.6, .3, .4}, 0, 0}};
-  const std::vector<Shape> rounds = {{Kind::sphere, {}, .5, 0}, {Kind::capsule, {0, .4, 0}, .3, 0},
-                                     {Kind::sphere, {}, .35, 0}, {Kind::capsule, {0, .2, 0}, .4, 0}};
+  const auto box = [](const Vector& half) { return Shape{Kind::box, half, 0, 0}; };
+  const auto round = [](Kind kind, double half, double radius) { return Shape{kind, {0, half, 0}, radius, 0}; };
+  const std::vector<Shape> boxes = {box({.5, .5, .5}), box({.3, .5, .7}), box({.4, .4, .4}), box({.6, .3, .4})};
+  const std::vector<Shape> rounds = {round(Kind::sphere, 0, .5), round(Kind::capsule, .4, .3),
+                                     round(Kind::sphere, 0, .35), round(Kind::capsule, .2, .4)};
   if (assortment == Assortment::boxes) return boxes;
   if (assortment == Assortment::rounds) return rounds;
   std::vector<Shape> hulls;

@@ -1,15 +1,18 @@
-// Contract: the distance of convex cores and the points where they are closest, by the algorithm of Gilbert, Johnson and Keerthi.
+// Contract: the distance of convex cores and the points where they are closest, by the algorithm of Gilbert, Johnson
+// and Keerthi.
 //
 // A core is a collider's scaled hull without the radius it is rounded by. The difference of two cores is convex, too;
 // their distance is its distance from the origin. GJK walks towards it: of a simplex of up to four corners it keeps
 // those that the closest point lies between, and adds the corner that is farthest towards the origin, until none is
 // nearer by more than rounding.
 //
-// In: pairs of convex colliders, and simplex[k], where to start: the one of the last step, or all zero. Out: closest[k]; simplex[k].
+// In: pairs of convex colliders, and simplex[k], where to start: the one of the last step, or all zero. Out:
+//     closest[k]; simplex[k].
 // Works relative to collider a, so that where in the world the pair stands does not matter.
 //
-// Source: [LRB08] "Collision Detection"; Gilbert, Johnson and Keerthi, IEEE J. Robotics and Automation 4 (1988); sub-distances as in
-//         Montanari, Petrinic and Barbieri, ACM Trans. Graphics 36 (2017), or Ericson, Real-Time Collision Detection (2005), 9.5.
+// Source: [LRB08] "Collision Detection"; Gilbert, Johnson and Keerthi, IEEE J. Robotics and Automation 4 (1988);
+//         sub-distances as in Montanari, Petrinic and Barbieri, ACM Trans. Graphics 36 (2017), or Ericson, Real-Time
+//         Collision Detection (2005), 9.5.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +38,7 @@ struct Closest {
 
 template <class Real>
 using Gjk = void(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<Simplex> simplex,
-                           std::span<Closest<Real>> closest);
+                 std::span<Closest<Real>> closest);
 
 namespace serial {
 Gjk<float> gjk;

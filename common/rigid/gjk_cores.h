@@ -24,11 +24,16 @@ inline Vector3<T> scaled(const Vector3<T>& scale, const Vector3<T>& v) {
 }
 
 template <class T>
-inline Cores<T> make_cores(const Vector3<T>& scale_a, const Vector3<T>& scale_b, const Vector3<T>& position_a, const Vector3<T>& position_b,
-                           const Quaternion<T>& orientation_a, const Quaternion<T>& orientation_b) {
+inline Cores<T> make_cores(const Vector3<T>& scale_a, const Vector3<T>& scale_b, const Vector3<T>& position_a,
+                           const Vector3<T>& position_b, const Quaternion<T>& orientation_a,
+                           const Quaternion<T>& orientation_b) {
   const Matrix3<T> from_a = matrix_of(orientation_a);
-  return {scale_a, scale_b,   matrix_of(conjugate(orientation_a) * orientation_b), transposed_times(from_a, position_b - position_a),
-          from_a,  position_a};
+  return {scale_a,
+          scale_b,
+          matrix_of(conjugate(orientation_a) * orientation_b),
+          transposed_times(from_a, position_b - position_a),
+          from_a,
+          position_a};
 }
 
 // A direction in a's frame, along which the vertices of each hull are to be compared.

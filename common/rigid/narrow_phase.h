@@ -9,14 +9,17 @@
 // kind each of them is. Colliders and pairs are fewer than 2^29 each: openmp/ numbers the 32-byte records of manifolds,
 // four each, with 32 bits.
 //
-//   spheres      sphere or capsule against sphere, capsule or box: closest points of point, segment and box in closed form
+//   spheres      sphere or capsule against sphere, capsule or box: closest points of point, segment and box in closed
+//                form
 //   planes       plane against any convex: the deepest corners
-//   box_box      separating axes (15, face axes preferred to edge axes by a little), then the incident face clipped against the reference
-//                face; the edge pairs give one point
+//   box_box      separating axes (15, face axes preferred to edge axes by a little), then the incident face clipped
+//                against the reference face; the edge pairs give one point
 //   gjk, convex_axes, convex_clip
-//                all other convex pairs, one after another: the distance, the axes of faces and edges for the depth, and the faces that
-//                support the normal clipped against one another (common/rigid/gjk.h, convex_axes.h, convex_clip.h)
-//   narrow_phase sorts pairs by kinds, hands them to these, and keeps the manifolds that have points, in the order of the pairs
+//                all other convex pairs, one after another: the distance, the axes of faces and edges for the depth,
+//                and the faces that support the normal clipped against one another (common/rigid/gjk.h, convex_axes.h,
+//                convex_clip.h)
+//   narrow_phase sorts pairs by kinds, hands them to these, and keeps the manifolds that have points, in the order of
+//   the pairs
 //
 // Source: [LRB08] "Collision Detection", Figures 10 and 12; per kernel in its file.
 #pragma once
@@ -31,7 +34,8 @@
 namespace lockstep::rigid {
 
 template <class Real>
-using Collide = void(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, std::span<Manifold<Real>> manifolds);
+using Collide = void(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin,
+                     std::span<Manifold<Real>> manifolds);
 
 // From step to step: of every pair that gjk had, where it ended, in the order of the pairs.
 struct NarrowPhaseState {

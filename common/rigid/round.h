@@ -56,7 +56,6 @@ inline Vector3<T> perpendicular(const Vector3<T>& u) {
   return {u.x * u.y * a, sign + u.y * u.y * a, -u.y};
 }
 
-
 // The point of a box that the point x beside it rests on, one coordinate at a time: on the side that the normal leaves
 // by more than `tilt`, and otherwise below x.
 template <class T>

@@ -8,8 +8,9 @@
 namespace lockstep::rigid {
 
 // Bins in order: of spheres, one a form; of planes, one a kind of convex; box_box; convexes.
-inline constexpr int first_of_spheres = 0, first_of_planes = first_of_spheres + round_forms, first_of_box_box = first_of_planes + kinds - 1,
-                     first_of_convexes = first_of_box_box + 1, bins = first_of_convexes + 1;
+inline constexpr int first_of_spheres = 0, first_of_planes = first_of_spheres + round_forms,
+                     first_of_box_box = first_of_planes + kinds - 1, first_of_convexes = first_of_box_box + 1,
+                     bins = first_of_convexes + 1;
 
 inline int bin_of(Kind a, Kind b) {
   if (a == Kind::plane || b == Kind::plane) return first_of_planes + static_cast<int>(a == Kind::plane ? b : a);

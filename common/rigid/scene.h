@@ -6,7 +6,8 @@
 //   time_step = 0.0166666667     # s, 1e-6 .. 1; exactly 1/60 by default
 //   iterations = 10              # of the contact solver, a step, >= 1
 //   gravity = [0, -9.81, 0]      # m/s^2
-//   friction = .5                # of all bodies that say nothing else, 0 .. 100; of a contact sqrt(of one times of the other)
+//   friction = .5                # of all bodies that say nothing else, 0 .. 100; of a contact sqrt(of one times of the
+//                                #   other)
 //   restitution = 0              # likewise, 0 .. 1; of a contact the larger
 //
 //   [[hull]]                     # any number: shapes that bodies may have
@@ -28,7 +29,8 @@
 //   mass = 1                     # kg, or density, kg/m^3; a body that has neither never moves, and has no velocity
 //   friction = .5
 //   restitution = 0
-//   [[body.part]]                # instead of a shape: a body of several, each with a shape, position and orientation in the body
+//   [[body.part]]                # instead of a shape: a body of several, each with a shape, position and orientation
+//                                #   in the body
 //
 //   [[pyramid]]                  # common/rigid/generators.h says what these are
 //   layers = 24                  # required
@@ -55,12 +57,12 @@
 //   overlapping = .1             # required: the share of bodies that overlap another, 1e-6 .. .999
 //   seed = 1                     # as above
 //
-// Each of these, too, may have a position (the middle of the ground it stands on; of a soup its own middle) and a mass (kg, of each
-// body; of a castle of a whole brick), [0, 0, 0] and 1 by default. Values shown at the top level are the defaults, but for frames. There
-// must be a body.
+// Each of these, too, may have a position (the middle of the ground it stands on; of a soup its own middle) and a mass
+// (kg, of each body; of a castle of a whole brick), [0, 0, 0] and 1 by default. Values shown at the top level are the
+// defaults, but for frames. There must be a body.
 //
-// Lengths are 1e-4 .. 1e5, masses 1e-6 .. 1e9, densities 1e-3 .. 1e6, coordinates and velocities at most 1e6. Bodies are in the order of
-// this list: [[body]] in the order of the file, then all pyramids, and so on.
+// Lengths are 1e-4 .. 1e5, masses 1e-6 .. 1e9, densities 1e-3 .. 1e6, coordinates and velocities at most 1e6. Bodies
+// are in the order of this list: [[body]] in the order of the file, then all pyramids, and so on.
 #pragma once
 
 #include <string>
@@ -81,9 +83,10 @@ struct Scene {
 // Bytes to make so many bodies of one collider, or triangles, in double and keep them in float, too.
 double making_bytes(double bodies, double triangles);
 
-// Reads a TOML scene. Throws InputError in one line, `file:line:column: what was expected`, where the file cannot be read, is not what is
-// written above (an unknown key, a wrong type, a number out of range or not finite, points that have no hull), or does not fit the
-// machine's memory, asked before bodies are made; likewise where an OBJ is refused (common/obj.h), or a mesh is not closed (common/mesh.h).
+// Reads a TOML scene. Throws InputError in one line, `file:line:column: what was expected`, where the file cannot be
+// read, is not what is written above (an unknown key, a wrong type, a number out of range or not finite, points that
+// have no hull), or does not fit the machine's memory, asked before bodies are made; likewise where an OBJ is refused
+// (common/obj.h), or a mesh is not closed (common/mesh.h).
 Scene load_scene(const std::string& path);
 
 }  // namespace lockstep::rigid

@@ -34,9 +34,10 @@ template <class T>
 struct Candidate {
   Truth<T> inside;
   T s, t;
-  T distance_2;       // of the point from the origin
-  Vector3<T> normal;  // towards the point or away from it, of any length: at right angles to the edges but for its own rounding, however
-                      // little is left of the point itself when s e and t f have been taken from newest
+  T distance_2;  // of the point from the origin
+  // Towards the point or away from it, of any length: at right angles to the edges but for its own rounding, however
+  // little is left of the point itself when s e and t f have been taken from newest.
+  Vector3<T> normal;
 };
 
 // Of the edge. Outside where a corner alone is nearest, and where squares of so short an edge vanish.

@@ -49,8 +49,8 @@ Placement place(const World<float>& world, int collider) {
   const int body = world.colliders.body[collider];
   const Pose<float>&pose = world.bodies.pose[body], &local = world.colliders.local[collider];
   const Vector& v = world.bodies.motion[body].velocity;
-  return {pose.position + matrix_of(pose.orientation) * local.position, matrix_of(pose.orientation * local.orientation), body,
-          std::sqrt(dot(v, v))};
+  return {pose.position + matrix_of(pose.orientation) * local.position, matrix_of(pose.orientation * local.orientation),
+          body, std::sqrt(dot(v, v))};
 }
 
 void add_faces(Polygons& out, const World<float>& world, int collider) {
@@ -66,7 +66,8 @@ void add_faces(Polygons& out, const World<float>& world, int collider) {
   const bool one_side = static_cast<Kind>(world.colliders.kind[collider]) == Kind::triangle;
   const int end = one_side ? hulls.first_face[hull] + 1 : hulls.first_face[hull + 1];
   for (int face = hulls.first_face[hull]; face < end; ++face) {
-    std::vector<int> corners(hulls.corner.begin() + hulls.first_corner[face], hulls.corner.begin() + hulls.first_corner[face + 1]);
+    std::vector<int> corners(hulls.corner.begin() + hulls.first_corner[face],
+                             hulls.corner.begin() + hulls.first_corner[face + 1]);
     for (int& corner : corners) corner += first_point;
     out.add_cell(corners, placed.body, placed.speed);
   }
@@ -76,7 +77,8 @@ void add_faces(Polygons& out, const World<float>& world, int collider) {
 void add_round(Polygons& out, const World<float>& world, int collider) {
   constexpr int sides = 8;
   const Placement placed = place(world, collider);
-  const float r = world.colliders.size[collider].w, half = world.colliders.size[collider].y, slant = r * std::numbers::sqrt2_v<float> / 2;
+  const float r = world.colliders.size[collider].w, half = world.colliders.size[collider].y,
+              slant = r * std::numbers::sqrt2_v<float> / 2;
   struct Ring {
     float y, radius;
   };
@@ -93,7 +95,8 @@ void add_round(Polygons& out, const World<float>& world, int collider) {
     out.add_cell(std::array{bottom, at(0, k + 1), at(0, k)}, placed.body, placed.speed);
     for (const int ring : {0, 1, 2})
       if (half > 0 || ring != 1)
-        out.add_cell(std::array{at(ring, k), at(ring, k + 1), at(ring + 1, k + 1), at(ring + 1, k)}, placed.body, placed.speed);
+        out.add_cell(std::array{at(ring, k), at(ring, k + 1), at(ring + 1, k + 1), at(ring + 1, k)}, placed.body,
+                     placed.speed);
     out.add_cell(std::array{at(3, k), at(3, k + 1), top}, placed.body, placed.speed);
   }
 }

@@ -37,8 +37,12 @@ LOCKSTEP_INLINE __m256i* as_int(std::int32_t* p) { return reinterpret_cast<__m25
 LOCKSTEP_INLINE const __m256i* as_int(const std::int32_t* p) { return reinterpret_cast<const __m256i*>(p); }
 
 LOCKSTEP_INLINE floatv load(const float* p) { return {_mm256_loadu_ps(p), _mm256_loadu_ps(p + 8)}; }
-LOCKSTEP_INLINE intv load(const std::int32_t* p) { return {_mm256_loadu_si256(as_int(p)), _mm256_loadu_si256(as_int(p + 8))}; }
-LOCKSTEP_INLINE floatv load(const float* p, maskv mask) { return {_mm256_maskload_ps(p, mask.lo), _mm256_maskload_ps(p + 8, mask.hi)}; }
+LOCKSTEP_INLINE intv load(const std::int32_t* p) {
+  return {_mm256_loadu_si256(as_int(p)), _mm256_loadu_si256(as_int(p + 8))};
+}
+LOCKSTEP_INLINE floatv load(const float* p, maskv mask) {
+  return {_mm256_maskload_ps(p, mask.lo), _mm256_maskload_ps(p + 8, mask.hi)};
+}
 LOCKSTEP_INLINE intv load(const std::int32_t* p, maskv mask) {
   return {_mm256_maskload_epi32(p, mask.lo), _mm256_maskload_epi32(p + 8, mask.hi)};
 }
@@ -114,7 +118,9 @@ struct recordv {
 };
 LOCKSTEP_INLINE recordv load_record(const float* p) { return _mm256_load_ps(p); }
 LOCKSTEP_INLINE void store_record(float* p, recordv r) { _mm256_store_ps(p, r.v); }
-LOCKSTEP_INLINE recordv repeat_pair(const float* p) { return _mm256_castpd_ps(_mm256_broadcast_sd(reinterpret_cast<const double*>(p))); }
+LOCKSTEP_INLINE recordv repeat_pair(const float* p) {
+  return _mm256_castpd_ps(_mm256_broadcast_sd(reinterpret_cast<const double*>(p)));
+}
 LOCKSTEP_INLINE recordv operator+(recordv a, recordv b) { return a.v + b.v; }
 LOCKSTEP_INLINE recordv operator-(recordv a, recordv b) { return a.v - b.v; }
 LOCKSTEP_INLINE recordv operator*(recordv a, recordv b) { return a.v * b.v; }
@@ -188,18 +194,21 @@ LOCKSTEP_INLINE floatv gather(const float* base, intv index) {
   return {_mm256_i32gather_ps(base, index.lo, sizeof(float)), _mm256_i32gather_ps(base, index.hi, sizeof(float))};
 }
 LOCKSTEP_INLINE intv gather(const std::int32_t* base, intv index) {
-  return {_mm256_i32gather_epi32(base, index.lo, sizeof(std::int32_t)), _mm256_i32gather_epi32(base, index.hi, sizeof(std::int32_t))};
+  return {_mm256_i32gather_epi32(base, index.lo, sizeof(std::int32_t)),
+          _mm256_i32gather_epi32(base, index.hi, sizeof(std::int32_t))};
 }
 
 struct Halves {
   floatv first, second;
 };
 
-// Four gathers of four pairs each. Of two neighbouring gathers, the even and the odd floats; their middle quarters change places.
+// Four gathers of four pairs each. Of two neighbouring gathers, the even and the odd floats; their middle quarters
+// change places.
 LOCKSTEP_INLINE Halves gather_pairs(const float* base, intv index) {
   const __m256d zero = _mm256_setzero_pd(), all = _mm256_castsi256_pd(_mm256_set1_epi32(-1));
   const auto pairs = [&](__m128i four) {
-    return _mm256_castpd_ps(_mm256_mask_i32gather_pd(zero, reinterpret_cast<const double*>(base), four, all, sizeof(float)));
+    return _mm256_castpd_ps(
+        _mm256_mask_i32gather_pd(zero, reinterpret_cast<const double*>(base), four, all, sizeof(float)));
   };
   const auto in_order = [](__m256 v) { return _mm256_castpd_ps(_mm256_permute4x64_pd(_mm256_castps_pd(v), 0xd8)); };
   const __m256 a = pairs(_mm256_castsi256_si128(index.lo)), b = pairs(_mm256_extracti128_si256(index.lo, 1));
@@ -220,16 +229,24 @@ LOCKSTEP_INLINE floatv abs(floatv a) {
   return {_mm256_andnot_ps(sign, a.lo), _mm256_andnot_ps(sign, a.hi)};
 }
 LOCKSTEP_INLINE floatv sqrt(floatv a) { return {_mm256_sqrt_ps(a.lo), _mm256_sqrt_ps(a.hi)}; }
-LOCKSTEP_INLINE floatv fma(floatv a, floatv b, floatv c) { return {_mm256_fmadd_ps(a.lo, b.lo, c.lo), _mm256_fmadd_ps(a.hi, b.hi, c.hi)}; }
+LOCKSTEP_INLINE floatv fma(floatv a, floatv b, floatv c) {
+  return {_mm256_fmadd_ps(a.lo, b.lo, c.lo), _mm256_fmadd_ps(a.hi, b.hi, c.hi)};
+}
 
 LOCKSTEP_INLINE intv operator+(intv a, intv b) { return {_mm256_add_epi32(a.lo, b.lo), _mm256_add_epi32(a.hi, b.hi)}; }
 LOCKSTEP_INLINE intv operator-(intv a, intv b) { return {_mm256_sub_epi32(a.lo, b.lo), _mm256_sub_epi32(a.hi, b.hi)}; }
-LOCKSTEP_INLINE intv operator*(intv a, intv b) { return {_mm256_mullo_epi32(a.lo, b.lo), _mm256_mullo_epi32(a.hi, b.hi)}; }
+LOCKSTEP_INLINE intv operator*(intv a, intv b) {
+  return {_mm256_mullo_epi32(a.lo, b.lo), _mm256_mullo_epi32(a.hi, b.hi)};
+}
 LOCKSTEP_INLINE intv operator&(intv a, intv b) { return {_mm256_and_si256(a.lo, b.lo), _mm256_and_si256(a.hi, b.hi)}; }
 LOCKSTEP_INLINE intv operator|(intv a, intv b) { return {_mm256_or_si256(a.lo, b.lo), _mm256_or_si256(a.hi, b.hi)}; }
 LOCKSTEP_INLINE intv operator^(intv a, intv b) { return {_mm256_xor_si256(a.lo, b.lo), _mm256_xor_si256(a.hi, b.hi)}; }
-LOCKSTEP_INLINE intv operator<<(intv a, intv n) { return {_mm256_sllv_epi32(a.lo, n.lo), _mm256_sllv_epi32(a.hi, n.hi)}; }
-LOCKSTEP_INLINE intv operator>>(intv a, intv n) { return {_mm256_srav_epi32(a.lo, n.lo), _mm256_srav_epi32(a.hi, n.hi)}; }
+LOCKSTEP_INLINE intv operator<<(intv a, intv n) {
+  return {_mm256_sllv_epi32(a.lo, n.lo), _mm256_sllv_epi32(a.hi, n.hi)};
+}
+LOCKSTEP_INLINE intv operator>>(intv a, intv n) {
+  return {_mm256_srav_epi32(a.lo, n.lo), _mm256_srav_epi32(a.hi, n.hi)};
+}
 LOCKSTEP_INLINE intv min(intv a, intv b) { return {_mm256_min_epi32(a.lo, b.lo), _mm256_min_epi32(a.hi, b.hi)}; }
 LOCKSTEP_INLINE intv max(intv a, intv b) { return {_mm256_max_epi32(a.lo, b.lo), _mm256_max_epi32(a.hi, b.hi)}; }
 LOCKSTEP_INLINE intv to_int(floatv a) { return {_mm256_cvttps_epi32(a.lo), _mm256_cvttps_epi32(a.hi)}; }
@@ -241,9 +258,13 @@ template <int predicate>
 LOCKSTEP_INLINE maskv compare_lanes(floatv a, floatv b) {
   return {as_int(_mm256_cmp_ps(a.lo, b.lo, predicate)), as_int(_mm256_cmp_ps(a.hi, b.hi, predicate))};
 }
-LOCKSTEP_INLINE maskv operator&(maskv a, maskv b) { return {_mm256_and_si256(a.lo, b.lo), _mm256_and_si256(a.hi, b.hi)}; }
+LOCKSTEP_INLINE maskv operator&(maskv a, maskv b) {
+  return {_mm256_and_si256(a.lo, b.lo), _mm256_and_si256(a.hi, b.hi)};
+}
 LOCKSTEP_INLINE maskv operator|(maskv a, maskv b) { return {_mm256_or_si256(a.lo, b.lo), _mm256_or_si256(a.hi, b.hi)}; }
-LOCKSTEP_INLINE maskv operator^(maskv a, maskv b) { return {_mm256_xor_si256(a.lo, b.lo), _mm256_xor_si256(a.hi, b.hi)}; }
+LOCKSTEP_INLINE maskv operator^(maskv a, maskv b) {
+  return {_mm256_xor_si256(a.lo, b.lo), _mm256_xor_si256(a.hi, b.hi)};
+}
 LOCKSTEP_INLINE maskv operator~(maskv a) {
   const __m256i ones = _mm256_set1_epi32(-1);
   return a ^ maskv { ones, ones };
@@ -252,12 +273,18 @@ LOCKSTEP_INLINE maskv operator<(floatv a, floatv b) { return compare_lanes<_CMP_
 LOCKSTEP_INLINE maskv operator<=(floatv a, floatv b) { return compare_lanes<_CMP_LE_OQ>(a, b); }
 LOCKSTEP_INLINE maskv operator==(floatv a, floatv b) { return compare_lanes<_CMP_EQ_OQ>(a, b); }
 LOCKSTEP_INLINE maskv operator!=(floatv a, floatv b) { return compare_lanes<_CMP_NEQ_UQ>(a, b); }
-LOCKSTEP_INLINE maskv operator<(intv a, intv b) { return {_mm256_cmpgt_epi32(b.lo, a.lo), _mm256_cmpgt_epi32(b.hi, a.hi)}; }
-LOCKSTEP_INLINE maskv operator==(intv a, intv b) { return {_mm256_cmpeq_epi32(a.lo, b.lo), _mm256_cmpeq_epi32(a.hi, b.hi)}; }
+LOCKSTEP_INLINE maskv operator<(intv a, intv b) {
+  return {_mm256_cmpgt_epi32(b.lo, a.lo), _mm256_cmpgt_epi32(b.hi, a.hi)};
+}
+LOCKSTEP_INLINE maskv operator==(intv a, intv b) {
+  return {_mm256_cmpeq_epi32(a.lo, b.lo), _mm256_cmpeq_epi32(a.hi, b.hi)};
+}
 LOCKSTEP_INLINE maskv operator<=(intv a, intv b) { return ~(b < a); }
 LOCKSTEP_INLINE maskv operator!=(intv a, intv b) { return ~(a == b); }
 
-LOCKSTEP_INLINE std::uint32_t bits(__m256i half) { return static_cast<std::uint32_t>(_mm256_movemask_ps(as_float(half))); }
+LOCKSTEP_INLINE std::uint32_t bits(__m256i half) {
+  return static_cast<std::uint32_t>(_mm256_movemask_ps(as_float(half)));
+}
 LOCKSTEP_INLINE std::uint32_t bits(maskv mask) { return bits(mask.lo) | bits(mask.hi) << 8; }
 LOCKSTEP_INLINE maskv lanes_of(std::uint32_t bits) {
   const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
@@ -266,7 +293,9 @@ LOCKSTEP_INLINE maskv lanes_of(std::uint32_t bits) {
   };
   return {half(bits & 0xff), half(bits >> 8)};
 }
-LOCKSTEP_INLINE intv lane_index() { return {_mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), _mm256_setr_epi32(8, 9, 10, 11, 12, 13, 14, 15)}; }
+LOCKSTEP_INLINE intv lane_index() {
+  return {_mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7), _mm256_setr_epi32(8, 9, 10, 11, 12, 13, 14, 15)};
+}
 LOCKSTEP_INLINE floatv select(maskv mask, floatv a, floatv b) {
   return {_mm256_blendv_ps(b.lo, a.lo, as_float(mask.lo)), _mm256_blendv_ps(b.hi, a.hi, as_float(mask.hi))};
 }

@@ -75,7 +75,8 @@ LOCKSTEP_INLINE Records load_records(const float* records, const std::int32_t* i
   return r;
 }
 
-// Rounds of shuffles within quarters make quarters of records; then the two quarters of each record are put side by side.
+// Rounds of shuffles within quarters make quarters of records; then the two quarters of each record are put side by
+// side.
 LOCKSTEP_INLINE void store_records(float* records, const std::int32_t* index, const Records& r, maskv mask) {
   __m512d quarter[8];  // [4 half + k]: that half of records k, k + 4, k + 8, k + 12
   for (int f = 0; f < 8; f += 4) {
@@ -88,7 +89,8 @@ LOCKSTEP_INLINE void store_records(float* records, const std::int32_t* index, co
     quarter[f + 2] = _mm512_unpacklo_pd(high_a, high_b);
     quarter[f + 3] = _mm512_unpackhi_pd(high_a, high_b);
   }
-  const __m512i first_two = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11), last_two = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
+  const __m512i first_two = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11),
+                last_two = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
   const auto put = [&](int l, __m512d two) {
     const __m512 both = _mm512_castpd_ps(two);
     if (mask.m >> l & 1) _mm256_store_ps(record_at<8>(records, index[l]), _mm512_castps512_ps256(both));
@@ -108,7 +110,9 @@ struct recordv {
 };
 LOCKSTEP_INLINE recordv load_record(const float* p) { return _mm256_load_ps(p); }
 LOCKSTEP_INLINE void store_record(float* p, recordv r) { _mm256_store_ps(p, r.v); }
-LOCKSTEP_INLINE recordv repeat_pair(const float* p) { return _mm256_castpd_ps(_mm256_broadcast_sd(reinterpret_cast<const double*>(p))); }
+LOCKSTEP_INLINE recordv repeat_pair(const float* p) {
+  return _mm256_castpd_ps(_mm256_broadcast_sd(reinterpret_cast<const double*>(p)));
+}
 LOCKSTEP_INLINE recordv operator+(recordv a, recordv b) { return a.v + b.v; }
 LOCKSTEP_INLINE recordv operator-(recordv a, recordv b) { return a.v - b.v; }
 LOCKSTEP_INLINE recordv operator*(recordv a, recordv b) { return a.v * b.v; }
@@ -125,8 +129,10 @@ struct Quads {
 
 // In every quarter of the registers, four rows of four floats become four columns.
 LOCKSTEP_INLINE void transpose_quarters(__m512 (&row)[4]) {
-  const __m512d low_a = _mm512_castps_pd(_mm512_unpacklo_ps(row[0], row[1])), high_a = _mm512_castps_pd(_mm512_unpackhi_ps(row[0], row[1]));
-  const __m512d low_b = _mm512_castps_pd(_mm512_unpacklo_ps(row[2], row[3])), high_b = _mm512_castps_pd(_mm512_unpackhi_ps(row[2], row[3]));
+  const __m512d low_a = _mm512_castps_pd(_mm512_unpacklo_ps(row[0], row[1])),
+                high_a = _mm512_castps_pd(_mm512_unpackhi_ps(row[0], row[1]));
+  const __m512d low_b = _mm512_castps_pd(_mm512_unpacklo_ps(row[2], row[3])),
+                high_b = _mm512_castps_pd(_mm512_unpackhi_ps(row[2], row[3]));
   row[0] = _mm512_castpd_ps(_mm512_unpacklo_pd(low_a, low_b));
   row[1] = _mm512_castpd_ps(_mm512_unpackhi_pd(low_a, low_b));
   row[2] = _mm512_castpd_ps(_mm512_unpacklo_pd(high_a, high_b));
@@ -234,10 +240,12 @@ LOCKSTEP_INLINE floatv compress(maskv mask, floatv v) { return _mm512_maskz_comp
 LOCKSTEP_INLINE intv compress(maskv mask, intv v) { return _mm512_maskz_compress_epi32(mask.m, v.v); }
 
 LOCKSTEP_INLINE floatv shift_up(floatv v, float first) {
-  return _mm512_castsi512_ps(_mm512_alignr_epi32(_mm512_castps_si512(v.v), _mm512_castps_si512(_mm512_set1_ps(first)), 15));
+  return _mm512_castsi512_ps(
+      _mm512_alignr_epi32(_mm512_castps_si512(v.v), _mm512_castps_si512(_mm512_set1_ps(first)), 15));
 }
 LOCKSTEP_INLINE floatv shift_down(floatv v, float last) {
-  return _mm512_castsi512_ps(_mm512_alignr_epi32(_mm512_castps_si512(_mm512_set1_ps(last)), _mm512_castps_si512(v.v), 1));
+  return _mm512_castsi512_ps(
+      _mm512_alignr_epi32(_mm512_castps_si512(_mm512_set1_ps(last)), _mm512_castps_si512(v.v), 1));
 }
 
 // Rounds of shuffles within quarters of a register, then of whole quarters.
@@ -255,7 +263,8 @@ LOCKSTEP_INLINE void transpose(floatv (&row)[lanes]) {
     }
   // Register l + k now holds columns k, k + 4, k + 8, k + 12 of rows l .. l + 3, a quarter each.
   for (int k = 0; k < 4; ++k) {
-    const __m512 even_top = _mm512_shuffle_f32x4(quad[k], quad[k + 4], 0x88), odd_top = _mm512_shuffle_f32x4(quad[k], quad[k + 4], 0xdd);
+    const __m512 even_top = _mm512_shuffle_f32x4(quad[k], quad[k + 4], 0x88),
+                 odd_top = _mm512_shuffle_f32x4(quad[k], quad[k + 4], 0xdd);
     const __m512 even_bottom = _mm512_shuffle_f32x4(quad[k + 8], quad[k + 12], 0x88);
     const __m512 odd_bottom = _mm512_shuffle_f32x4(quad[k + 8], quad[k + 12], 0xdd);
     row[k].v = _mm512_shuffle_f32x4(even_top, even_bottom, 0x88);

@@ -1,6 +1,6 @@
-// The back end in plain C++: an array and a loop. It runs anywhere, and the thread sanitizer sees its accesses, while it does
-// not see those of registers wider than 128 bits. For that, -fno-builtin keeps the compiler from turning loops into calls
-// of memcpy. Contract: ../simd.h.
+// The back end in plain C++: an array and a loop. It runs anywhere, and the thread sanitizer sees its accesses, while
+// it does not see those of registers wider than 128 bits. For that, -fno-builtin keeps the compiler from turning loops
+// into calls of memcpy. Contract: ../simd.h.
 //
 // One file, because every back end keeps the order of ../simd.h, so that back ends are read side by side.
 
@@ -186,7 +186,9 @@ struct Halves {
   floatv first, second;
 };
 
-LOCKSTEP_INLINE Halves gather_pairs(const float* base, intv index) { return {gather(base, index), gather(base + 1, index)}; }
+LOCKSTEP_INLINE Halves gather_pairs(const float* base, intv index) {
+  return {gather(base, index), gather(base + 1, index)};
+}
 
 LOCKSTEP_INLINE floatv operator+(floatv a, floatv b) {
   return float_lanes([&](int l) { return a.lane[l] + b.lane[l]; });
@@ -358,7 +360,8 @@ LOCKSTEP_INLINE int place_in_row(int l) {
 template <int G>
 LOCKSTEP_INLINE Halves split(floatv a, floatv b) {
   const auto row = [&](int k) { return k < lanes ? a.lane[k] : b.lane[k - lanes]; };
-  return {float_lanes([&](int l) { return row(place_in_row<G>(l)); }), float_lanes([&](int l) { return row(place_in_row<G>(l) + G); })};
+  return {float_lanes([&](int l) { return row(place_in_row<G>(l)); }),
+          float_lanes([&](int l) { return row(place_in_row<G>(l) + G); })};
 }
 
 template <int G>
@@ -374,7 +377,8 @@ LOCKSTEP_INLINE void join(Halves halves, floatv& a, floatv& b) {
 
 template <class V, class Combine>
 LOCKSTEP_INLINE auto reduce_lanes(V v, Combine combine) {
-  for (int half = lanes / 2; half > 0; half /= 2) v = combine(v, make_lanes<V>([&](int l) { return v.lane[(l + half) % lanes]; }));
+  for (int half = lanes / 2; half > 0; half /= 2)
+    v = combine(v, make_lanes<V>([&](int l) { return v.lane[(l + half) % lanes]; }));
   return v.lane[0];
 }
 LOCKSTEP_INLINE std::int32_t reduce_add(intv v) {

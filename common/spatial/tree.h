@@ -9,7 +9,8 @@
 //     level 1      0         1        2       ...        15
 //     level 0   0 .. 15  16 .. 31  32 .. 47         240 .. 255    <- order[0] .. order[255]
 //
-//   bvh_build  makes the tree from nothing: in the order of the Morton codes of the boxes' centres, equal ones by number
+//   bvh_build  makes the tree from nothing: in the order of the Morton codes of the boxes' centres, equal ones by
+//              number
 //   bvh_refit  keeps the order of a tree that bvh_build made over the same elements, and makes its boxes anew
 //
 // In: bounds. Out: tree, resized; it is owned by the caller. Zeros in its boxes are positive. Source: [ITJ07] on the

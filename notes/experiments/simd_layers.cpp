@@ -441,7 +441,8 @@ int main() {
     const auto density = tokens("density", w.text), force = tokens("force", w.text);
     std::printf("| %s | %.3f | %.3f | %.3f | %.3f | %zu | %zu | %.2f | %.2f |\n", w.name,
                 *std::min_element(w.density_ns.begin(), w.density_ns.end()), median(w.density_ns),
-                *std::min_element(w.force_ns.begin(), w.force_ns.end()), median(w.force_ns), density.size(), force.size(),
-                similarity(density, tokens("density", "scalar")), similarity(force, tokens("force", "scalar")));
+                *std::min_element(w.force_ns.begin(), w.force_ns.end()), median(w.force_ns), density.size(),
+                force.size(), similarity(density, tokens("density", "scalar")),
+                similarity(force, tokens("force", "scalar")));
   }
 }

@@ -1,7 +1,7 @@
 // One leapfrog step; particles that went through a wall are mirrored at it.
 //
-// Velocities at half steps move positions at whole steps: the cost of Euler's method, and second order. The axes are independent of each
-// other, so each is one loop over three arrays.
+// Velocities at half steps move positions at whole steps: the cost of Euler's method, and second order. The axes are
+// independent of each other, so each is one loop over three arrays.
 //
 // Source: [LRB08] Figure 7, "Advance Particles". The contract stands in common/fluid/advance.h.
 #include "common/fluid/advance.h"
@@ -12,8 +12,8 @@
 namespace lockstep::fluid::openmp {
 namespace {
 
-void advance_axis(const Model<Real>& model, const Axis<Real>& axis, int count, const Array<Real>& acceleration, Array<Real>& position,
-                  Array<Real>& half_velocity, Array<Real>& velocity) {
+void advance_axis(const Model<Real>& model, const Axis<Real>& axis, int count, const Array<Real>& acceleration,
+                  Array<Real>& position, Array<Real>& half_velocity, Array<Real>& velocity) {
   // Iterations are independent: particle i writes its own position and velocities alone.
 #pragma omp parallel for simd schedule(static)
   for (int i = 0; i < count; ++i) leapfrog(model, axis, acceleration[i], position[i], half_velocity[i], velocity[i]);
@@ -21,7 +21,8 @@ void advance_axis(const Model<Real>& model, const Axis<Real>& axis, int count, c
 
 }  // namespace
 
-void advance(const Model<Real>& model, const Grid<Real>& grid, const Vectors<Real>& acceleration, Particles<Real>& particles) {
+void advance(const Model<Real>& model, const Grid<Real>& grid, const Vectors<Real>& acceleration,
+             Particles<Real>& particles) {
   Vectors<Real>&p = particles.position, &hv = particles.half_velocity, &v = particles.velocity;
   advance_axis(model, grid.x, particles.count, acceleration.x, p.x, hv.x, v.x);
   advance_axis(model, grid.y, particles.count, acceleration.y, p.y, hv.y, v.y);

@@ -1,8 +1,9 @@
-// The candidates of a cell or a block of cells: the particles that may lie within h of its own, packed from up to nine runs into one. No
-// serial twin: a serial loop reads the runs in place.
+// The candidates of a cell or a block of cells: the particles that may lie within h of its own, packed from up to nine
+// runs into one. No serial twin: a serial loop reads the runs in place.
 //
-// The runs of a cell hold about 15 particles each, so lanes that walked them one by one would end nine times in a part-filled
-// vector. Packed once, the candidates serve all particles of the cell as full vectors, from the first-level cache.
+// The runs of a cell hold about 15 particles each, so lanes that walked them one by one would end nine times in a
+// part-filled vector. Packed once, the candidates serve all particles of the cell as full vectors, from the first-level
+// cache.
 #pragma once
 
 #include <algorithm>
@@ -44,9 +45,9 @@ struct Candidates {
   // One component is enough.
   void end_with_nowhere() { store(&x[count], floatv(nowhere)); }
 
-  // Packs those particles of `runs` that are within h of the box around the particles `own`: all that may be within h of one of them.
-  // The distance to the box is computed like the distance to a particle, from smaller differences. Rounding is monotonic, so it never
-  // comes out larger.
+  // Packs those particles of `runs` that are within h of the box around the particles `own`: all that may be within h
+  // of one of them. The distance to the box is computed like the distance to a particle, from smaller differences.
+  // Rounding is monotonic, so it never comes out larger.
   void pack_near(const Run& own, const Runs& runs, const Vectors<float>& position, float h2) {
     constexpr float infinite = std::numeric_limits<float>::infinity();
     Vector3<float> low = {infinite, infinite, infinite}, high = {-infinite, -infinite, -infinite};

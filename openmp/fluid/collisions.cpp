@@ -1,8 +1,8 @@
 // Walls push back particles that are about to come too near.
 //
-// Only particles in a cell at a wall are tested, at the position of the next step: a stiff spring over the last fifth of a millimetre, and
-// a damper. Particles do not touch one another here, so the compiler turns the scalar text into lanes: the papers' "straightforward
-// with autovectorizer".
+// Only particles in a cell at a wall are tested, at the position of the next step: a stiff spring over the last fifth
+// of a millimetre, and a damper. Particles do not touch one another here, so the compiler turns the scalar text into
+// lanes: the papers' "straightforward with autovectorizer".
 //
 // Source: [LRB08] Figure 7, "Process Collisions". The contract stands in common/fluid/collisions.h.
 #include "common/fluid/collisions.h"
@@ -23,7 +23,8 @@ void collide_with_walls(const Model<Real>& model, const Axis<Real>& axis, int co
 
 }  // namespace
 
-void collisions(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Vectors<Real>& acceleration) {
+void collisions(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
+                Vectors<Real>& acceleration) {
   if (!model.walls) return;
   const Vectors<Real>&p = particles.position, &hv = particles.half_velocity, &v = particles.velocity;
   collide_with_walls(model, grid.x, particles.count, p.x, hv.x, v.x, acceleration.x);

@@ -1,25 +1,26 @@
 // The density at every particle, from the poly6 kernel over its neighbours within h.
 //
-// Symmetric, under locks: every pair is met once, and its term goes to both particles, as in serial/. Sixteen neighbours j
-// of one particle i are tested at once; they are different particles that stand side by side, so their densities are
-// updated by one masked load, add and store. The grid is cut into one sub-grid a thread (sub_grids.h), and a cell that two
-// threads may update is updated under its lock, taken once for all pairs of two cells. The order in which threads reach a
-// shared cell changes the rounding: only these forms depend on timing.
+// Symmetric, under locks: every pair is met once, and its term goes to both particles, as in serial/. Sixteen
+// neighbours j of one particle i are tested at once; they are different particles that stand side by side, so their
+// densities are updated by one masked load, add and store. The grid is cut into one sub-grid a thread (sub_grids.h),
+// and a cell that two threads may update is updated under its lock, taken once for all pairs of two cells. The order in
+// which threads reach a shared cell changes the rounding: only these forms depend on timing.
 //
-// Owner-gather: every particle tests all 27 cells and sums for itself. The candidates of a cell are packed once, side by
-// side, so that all particles of the cell test full vectors of them. No lock, and the same bits at every thread count. The neighbours
-// found are compressed into lists, so that the forces need no search and work on full vectors.
+// Owner-gather: every particle tests all 27 cells and sums for itself. The candidates of a cell are packed once, side
+// by side, so that all particles of the cell test full vectors of them. No lock, and the same bits at every thread
+// count. The neighbours found are compressed into lists, so that the forces need no search and work on full vectors.
 //
-// Pair lists: every pair is met once, without locks. The pairs of the particles of plane z of cells with what follows them in
-// cell order reach planes z and z + 1 only, and the particles of both stand side by side. The thread of plane z sums in its own scratch
-// for these two planes. The sums of plane z go to one array, those of plane z + 1 to another, `reaction`:
+// Pair lists: every pair is met once, without locks. The pairs of the particles of plane z of cells with what follows
+// them in cell order reach planes z and z + 1 only, and the particles of both stand side by side. The thread of plane z
+// sums in its own scratch for these two planes. The sums of plane z go to one array, those of plane z + 1 to another,
+// `reaction`:
 //
 //     plane z - 1    own z - 1   reaction z                   So every element of both arrays is written once,
 //     plane z                    own z       reaction z + 1   and a particle's total is own + reaction.
 //
-// The scratch of two planes fits a core's own cache. The same bits at every thread count. Candidates are packed as for owner-gather, but
-// only those within h of the block's box, and once for a block of two cells: that halves the packing, which costs as much as the tests,
-// and adds few candidates.
+// The scratch of two planes fits a core's own cache. The same bits at every thread count. Candidates are packed as for
+// owner-gather, but only those within h of the block's box, and once for a block of two cells: that halves the packing,
+// which costs as much as the tests, and adds few candidates.
 //
 // About 15 % of the pairs tested lie within h; the rest are lanes that add zero. notes/fluid.md says what that costs.
 //
@@ -41,8 +42,8 @@ namespace {
 
 using namespace lockstep::openmp;
 
-void densities_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, std::span<Real> density,
-                         const SubGrids& sub_grids) {
+void densities_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
+                         std::span<Real> density, const SubGrids& sub_grids) {
   const Real h2 = model.smoothing_length_2;
   const Vectors<Real>& p = particles.position;
   Locks locks(grid.cells());
@@ -103,9 +104,11 @@ struct Lists {
   std::int32_t* end;
 };
 
-// Tests the particles of a block of cells against those of its candidates that come later in cell order, so that each pair is met once.
-// Writes the pairs from entry `end` on and returns the new end; adds their terms to sum_of of both particles.
-int find_pairs(const Run own, Candidates& candidates, const Vectors<Real>& position, const Real h2, const Lists to, int end, Real* sum_of) {
+// Tests the particles of a block of cells against those of its candidates that come later in cell order, so that each
+// pair is met once. Writes the pairs from entry `end` on and returns the new end; adds their terms to sum_of of both
+// particles.
+int find_pairs(const Run own, Candidates& candidates, const Vectors<Real>& position, const Real h2, const Lists to,
+               int end, Real* sum_of) {
   // Held in registers: to the compiler, the stores below could change what arrays point to.
   const auto [cx, cy, cz, index, count] = candidates.pointers();
   float* const sums = candidates.sum.data();
@@ -135,13 +138,13 @@ int find_pairs(const Run own, Candidates& candidates, const Vectors<Real>& posit
 
 }  // namespace
 
-void densities_cell_locks(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>&,
-                          std::span<Real> density) {
+void densities_cell_locks(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
+                          Neighbours<Real>&, std::span<Real> density) {
   densities_symmetric(model, grid, particles, density, make_cell_locks(grid, omp_get_max_threads()));
 }
 
-void densities_sub_grid(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>&,
-                        std::span<Real> density) {
+void densities_sub_grid(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
+                        Neighbours<Real>&, std::span<Real> density) {
   densities_symmetric(model, grid, particles, density, make_sub_grids(grid, omp_get_max_threads()));
 }
 
@@ -193,8 +196,8 @@ void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, co
   failure.rethrow();
 }
 
-void densities_pair_lists(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>& neighbours,
-                          std::span<Real> density) {
+void densities_pair_lists(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
+                          Neighbours<Real>& neighbours, std::span<Real> density) {
   const Real h2 = model.smoothing_length_2;
   Real* const reaction = neighbours.scratch.data();
   require_lists_fit(grid);
@@ -204,7 +207,8 @@ void densities_pair_lists(const Model<Real>& model, const Grid<Real>& grid, cons
   {
     Candidates candidates;
     Array<Real> sums;
-    // A plane writes the lists and the densities of its own particles and the reaction of the next plane's, and no other does.
+    // A plane writes the lists and the densities of its own particles and the reaction of the next plane's, and no
+    // other does.
 #pragma omp for schedule(dynamic)
     for (int z = 0; z < grid.z.cells; ++z)
       failure.guard([&] {
@@ -234,7 +238,8 @@ void densities_pair_lists(const Model<Real>& model, const Grid<Real>& grid, cons
 
     // Every element is one thread's.
 #pragma omp for simd schedule(static)
-    for (int i = 0; i < particles.count; ++i) density[i] = (density_term(h2, Real(0)) + density[i] + reaction[i]) * model.density_coefficient;
+    for (int i = 0; i < particles.count; ++i)
+      density[i] = (density_term(h2, Real(0)) + density[i] + reaction[i]) * model.density_coefficient;
   }
   failure.rethrow();
 }

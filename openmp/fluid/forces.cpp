@@ -1,15 +1,17 @@
 // The acceleration of every particle by pressure and viscosity of its neighbours within h, and by gravity.
 //
-// Symmetric, under locks: every pair is met once; its term is added to one particle and subtracted from the other. Sixteen neighbours j
-// of one particle i at once; sub-grids and locks are as in densities.cpp, and so is the dependence on timing.
+// Symmetric, under locks: every pair is met once; its term is added to one particle and subtracted from the other.
+// Sixteen neighbours j of one particle i at once; sub-grids and locks are as in densities.cpp, and so is the dependence
+// on timing.
 //
-// Owner-gather: every particle sums over its own list of neighbours, which the densities left, sixteen at once. Neighbours are scattered
-// over memory, so each particle's numbers are first packed into a record: one access a neighbour instead of seven, turned into lanes by
-// shuffles. No lock, and the same bits at every thread count.
+// Owner-gather: every particle sums over its own list of neighbours, which the densities left, sixteen at once.
+// Neighbours are scattered over memory, so each particle's numbers are first packed into a record: one access a
+// neighbour instead of seven, turned into lanes by shuffles. No lock, and the same bits at every thread count.
 //
-// Pair lists: every pair is met once, without locks. The pairs of the particles of plane z of cells with what follows them in
-// cell order reach planes z and z + 1 only, and the particles of both stand side by side. The thread of plane z sums in its own scratch
-// for these two planes. The sums of plane z go to one array, those of plane z + 1 to another, `reaction`:
+// Pair lists: every pair is met once, without locks. The pairs of the particles of plane z of cells with what follows
+// them in cell order reach planes z and z + 1 only, and the particles of both stand side by side. The thread of plane z
+// sums in its own scratch for these two planes. The sums of plane z go to one array, those of plane z + 1 to another,
+// `reaction`:
 //
 //     plane z - 1    own z - 1   reaction z                   So every element of both arrays is written once,
 //     plane z                    own z       reaction z + 1   and a particle's total is own + reaction.
@@ -35,8 +37,8 @@ namespace {
 
 using namespace lockstep::openmp;
 
-void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, std::span<const Real> density,
-                      Vectors<Real>& acceleration, const SubGrids& sub_grids) {
+void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
+                      std::span<const Real> density, Vectors<Real>& acceleration, const SubGrids& sub_grids) {
   const Real h2 = model.smoothing_length_2;
   const Vectors<Real>&p = particles.position, &v = particles.velocity;
   Locks locks(grid.cells());
@@ -49,7 +51,8 @@ void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Pa
     for (int i = 0; i < particles.count; ++i) put(acceleration, i, model.gravity);
 
     std::vector<Vector3<floatv>> sum;
-    // Threads share no particle of a private cell; a shared cell's accelerations are read and written under its lock only.
+    // Threads share no particle of a private cell; a shared cell's accelerations are read and written under its lock
+    // only.
 #pragma omp for schedule(static, 1)
     for (const SubGrid& sub_grid : sub_grids.sub_grid)
       failure.guard([&] {
@@ -69,7 +72,8 @@ void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Pa
                     const maskv near = inside & (r2 < h2);
                     if (none(near)) continue;
                     const Vector3<floatv> dv = lanes_at(v, j) - repeat_at(v, i);
-                    const Vector3<floatv> a = pair_acceleration(model, floatv(density[i]), load(&density[j]), dp, dv, r2);
+                    const Vector3<floatv> a =
+                        pair_acceleration(model, floatv(density[i]), load(&density[j]), dp, dv, r2);
                     Vector3<floatv>& sum_i = sum[i - own.begin];
                     sum_i = select(near, sum_i + a, sum_i);
                     put(acceleration, j, lanes_at(acceleration, j, near) - a, near);
@@ -87,21 +91,21 @@ void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Pa
 
 }  // namespace
 
-void forces_cell_locks(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>&,
-                       std::span<const Real> density, Vectors<Real>& acceleration) {
+void forces_cell_locks(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
+                       Neighbours<Real>&, std::span<const Real> density, Vectors<Real>& acceleration) {
   forces_symmetric(model, grid, particles, density, acceleration, make_cell_locks(grid, omp_get_max_threads()));
 }
 
-void forces_sub_grid(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>&,
-                     std::span<const Real> density, Vectors<Real>& acceleration) {
+void forces_sub_grid(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
+                     Neighbours<Real>&, std::span<const Real> density, Vectors<Real>& acceleration) {
   forces_symmetric(model, grid, particles, density, acceleration, make_sub_grids(grid, omp_get_max_threads()));
 }
 
-void forces_owner_gather(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>& neighbours,
-                         std::span<const Real> density, Vectors<Real>& acceleration) {
+void forces_owner_gather(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
+                         Neighbours<Real>& neighbours, std::span<const Real> density, Vectors<Real>& acceleration) {
   const Vectors<Real>&p = particles.position, &v = particles.velocity;
   const int rows = grid.y.cells * grid.z.cells;
-  const Model<Real> constants = model;  // a copy of our own: stores cannot change it
+  const Model<Real> constants = model;              // a copy of our own: stores cannot change it
   Real* const records = neighbours.scratch.data();  // of particle i, from 8 i on: position, density, velocity, 0
 
 #pragma omp parallel
@@ -142,8 +146,8 @@ void forces_owner_gather(const Model<Real>& model, const Grid<Real>& grid, const
   }
 }
 
-void forces_pair_lists(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>& neighbours,
-                       std::span<const Real> density, Vectors<Real>& acceleration) {
+void forces_pair_lists(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
+                       Neighbours<Real>& neighbours, std::span<const Real> density, Vectors<Real>& acceleration) {
   const std::size_t padded_count = padded(particles.count);
   Real* const reaction_x = neighbours.scratch.data();
   Real* const reaction_y = reaction_x + padded_count;
@@ -174,7 +178,8 @@ void forces_pair_lists(const Model<Real>& model, const Grid<Real>& grid, const P
             factors.resize(4 * padded(pairs));
           }
           repeat_densities(own, first, end, density.data(), density_i.data() - first);
-          find_factors(model, density.data(), list + first, density_i.data(), distance_2 + first, pairs, factors.data());
+          find_factors(model, density.data(), list + first, density_i.data(), distance_2 + first, pairs,
+                       factors.data());
           add_pairs(own, first, end, list, factors.data() - 2 * std::ptrdiff_t(first), body);
           first += pairs;
         }

@@ -1,13 +1,15 @@
-// Puts the particles in cell order, in two ways. Both give the stable order of serial/fluid/rebuild_grid.cpp, to the bit.
+// Puts the particles in cell order, in two ways. Both give the stable order of serial/fluid/rebuild_grid.cpp, to the
+// bit.
 //
-// Counting sort: the serial one, with the particles cut into parts, one a thread. A thread counts the particles of its part; the sums
-// run over cells and, within a cell, over parts in order. So each thread knows where its particles of each cell go, and because parts are
-// contiguous and taken in order the sort stays stable, whatever the number of threads. A part has a histogram of all cells: where cells
-// are many and particles few there are fewer parts than threads, so that memory and work do not grow with threads x cells.
+// Counting sort: the serial one, with the particles cut into parts, one a thread. A thread counts the particles of its
+// part; the sums run over cells and, within a cell, over parts in order. So each thread knows where its particles of
+// each cell go, and because parts are contiguous and taken in order the sort stays stable, whatever the number of
+// threads. A part has a histogram of all cells: where cells are many and particles few there are fewer parts than
+// threads, so that memory and work do not grow with threads x cells.
 //
-// Linked lists: the paper's. Threads push particles on per-cell lists, each under its cell's lock. The order within a list depends on
-// timing. So each cell's few particles are sorted into their incoming order when its list is emptied, and the result does not depend on
-// timing.
+// Linked lists: the paper's. Threads push particles on per-cell lists, each under its cell's lock. The order within a
+// list depends on timing. So each cell's few particles are sorted into their incoming order when its list is emptied,
+// and the result does not depend on timing.
 //
 // Source: [LRB08] "Thread Synchronization and software locks". The contract stands in common/fluid/rebuild_grid.h.
 #include "common/fluid/rebuild_grid.h"
@@ -27,7 +29,9 @@ namespace {
 using namespace lockstep::openmp;
 
 // The cells of particles i .. i + 15. Lanes beyond the last particle answer some cell of the grid.
-intv cell_of(const Grid<Real>& grid, const Vectors<Real>& position, int i) { return cell_of(grid, lanes_at(position, i)); }
+intv cell_of(const Grid<Real>& grid, const Vectors<Real>& position, int i) {
+  return cell_of(grid, lanes_at(position, i));
+}
 
 // Calls visit(i, cell of i) for the particles of a share, whose cells are computed some vectors at a time.
 template <class Visit>

@@ -24,9 +24,15 @@ void step(Fluid<Real>& fluid, RebuildGrid<Real> rebuild_grid, Densities<Real> de
 
 }  // namespace
 
-void step_cell_locks(Fluid<Real>& fluid) { step(fluid, rebuild_grid_linked_lists, densities_cell_locks, forces_cell_locks); }
+void step_cell_locks(Fluid<Real>& fluid) {
+  step(fluid, rebuild_grid_linked_lists, densities_cell_locks, forces_cell_locks);
+}
 void step_sub_grid(Fluid<Real>& fluid) { step(fluid, rebuild_grid_linked_lists, densities_sub_grid, forces_sub_grid); }
-void step_owner_gather(Fluid<Real>& fluid) { step(fluid, rebuild_grid_counting_sort, densities_owner_gather, forces_owner_gather); }
-void step_pair_lists(Fluid<Real>& fluid) { step(fluid, rebuild_grid_counting_sort, densities_pair_lists, forces_pair_lists); }
+void step_owner_gather(Fluid<Real>& fluid) {
+  step(fluid, rebuild_grid_counting_sort, densities_owner_gather, forces_owner_gather);
+}
+void step_pair_lists(Fluid<Real>& fluid) {
+  step(fluid, rebuild_grid_counting_sort, densities_pair_lists, forces_pair_lists);
+}
 
 }  // namespace lockstep::fluid::openmp

@@ -35,7 +35,8 @@ inline std::vector<int> equal_cuts(const std::vector<long long>& weight, int par
   std::vector<int> cuts = {0};
   for (int k = 0; k < n; ++k) {
     sum += weight[k];
-    while (static_cast<int>(cuts.size()) < parts && sum * parts >= total * static_cast<long long>(cuts.size())) cuts.push_back(k + 1);
+    while (static_cast<int>(cuts.size()) < parts && sum * parts >= total * static_cast<long long>(cuts.size()))
+      cuts.push_back(k + 1);
   }
   cuts.resize(parts, n);
   cuts.push_back(n);
@@ -69,7 +70,8 @@ SubGrids make_sub_grids(const Grid<Real>& grid, int parts) {
   for (int a = 1; a <= parts; ++a)
     for (int b = 1; a * b <= parts; ++b) {
       if (parts % (a * b) != 0) continue;
-      const std::vector<int> try_x = equal_cuts(in_x, a), try_y = equal_cuts(in_y, b), try_z = equal_cuts(in_z, parts / (a * b));
+      const std::vector<int> try_x = equal_cuts(in_x, a), try_y = equal_cuts(in_y, b),
+                             try_z = equal_cuts(in_z, parts / (a * b));
       const long long at_border = at_cuts(try_x, in_x) + at_cuts(try_y, in_y) + at_cuts(try_z, in_z);
       if (fewest < 0 || at_border < fewest) fewest = at_border, cut_x = try_x, cut_y = try_y, cut_z = try_z;
     }
@@ -84,7 +86,8 @@ SubGrids make_sub_grids(const Grid<Real>& grid, int parts) {
   };
   for (int z = 0; z < nz; ++z)
     for (int y = 0; y < ny; ++y)
-      for (int x = 0; x < nx; ++x) result.shared[grid.cell(x, y, z)] = near_cut(cut_x, x) || near_cut(cut_y, y) || near_cut(cut_z, z);
+      for (int x = 0; x < nx; ++x)
+        result.shared[grid.cell(x, y, z)] = near_cut(cut_x, x) || near_cut(cut_y, y) || near_cut(cut_z, z);
   return result;
 }
 
@@ -105,13 +108,15 @@ struct Piece {
 
 // The row's cells x_first .. x_last, clamped to the grid: one piece where all are private, a piece a cell otherwise.
 template <class Real, class Add>
-void row_pieces(const Grid<Real>& grid, const SubGrids& sub_grids, int x_first, int x_last, int y, int z, const Add& add) {
+void row_pieces(const Grid<Real>& grid, const SubGrids& sub_grids, int x_first, int x_last, int y, int z,
+                const Add& add) {
   x_first = std::max(x_first, 0), x_last = std::min(x_last, grid.x.cells - 1);
   const char* shared = &sub_grids.shared[grid.cell(0, y, z)];
   if (std::none_of(shared + x_first, shared + x_last + 1, [](char s) { return s; })) {
     add(Piece{row_run(grid, x_first, x_last, y, z), Piece::no_lock});
   } else {
-    for (int x = x_first; x <= x_last; ++x) add(Piece{row_run(grid, x, x, y, z), shared[x] ? grid.cell(x, y, z) : Piece::no_lock});
+    for (int x = x_first; x <= x_last; ++x)
+      add(Piece{row_run(grid, x, x, y, z), shared[x] ? grid.cell(x, y, z) : Piece::no_lock});
   }
 }
 
@@ -121,7 +126,8 @@ void forward_pieces(const Grid<Real>& grid, const SubGrids& sub_grids, int x, in
   row_pieces(grid, sub_grids, x, x + 1, y, z, add);
   if (y + 1 < grid.y.cells) row_pieces(grid, sub_grids, x - 1, x + 1, y + 1, z, add);
   for (int row_y = y - 1; row_y <= y + 1; ++row_y)
-    if (row_y >= 0 && row_y < grid.y.cells && z + 1 < grid.z.cells) row_pieces(grid, sub_grids, x - 1, x + 1, row_y, z + 1, add);
+    if (row_y >= 0 && row_y < grid.y.cells && z + 1 < grid.z.cells)
+      row_pieces(grid, sub_grids, x - 1, x + 1, row_y, z + 1, add);
 }
 
 }  // namespace lockstep::fluid::openmp

@@ -46,7 +46,7 @@ Batches batches(std::span<const Manifold<Real>> manifolds, std::span<const std::
 }
 
 Batches batches_parallel(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
-                                  const Bodies<Real>& bodies) {
+                         const Bodies<Real>& bodies) {
   const auto [a, b, movable] = constraints_of(manifolds, body, bodies);
   return lockstep::openmp::make_batches_in_parallel(
       a, b, movable, [&](int i) { return spatial::openmp::key_of(bodies.pose[i].position.x); });

@@ -47,14 +47,16 @@ void sort_block(std::span<const Pair> pairs, int begin, int end, Bin* bins, Plac
 // All lanes of m, as store_manifolds puts them, where none has more than two points; or no more than one, that has
 // feature 0. Among equal indices, lanes are equal.
 template <int points>
-LOCKSTEP_INLINE void store_short_manifolds(std::span<Manifold<float>> manifolds, const Indices& indices, const ManifoldLanes& m) {
+LOCKSTEP_INLINE void store_short_manifolds(std::span<Manifold<float>> manifolds, const Indices& indices,
+                                           const ManifoldLanes& m) {
   float* const records = &manifolds.data()->normal.x;
   const auto put = [&](int part, const Records& record) {
     const Indices to = indices_of(load(indices.index) * 4 + part);
     store_records(records, to.index, record, lanes_of(0xffff));
   };
   const Vector3<floatv>&p = m.position[0], &q = m.position[1];
-  put(0, {{m.normal.x, m.normal.y, m.normal.z, float_of_bits(m.count), float_of_bits(m.a), float_of_bits(m.b), 0.f, 0.f}});
+  put(0,
+      {{m.normal.x, m.normal.y, m.normal.z, float_of_bits(m.count), float_of_bits(m.a), float_of_bits(m.b), 0.f, 0.f}});
   put(1, {{p.x, p.y, p.z, m.separation[0], q.x, q.y, q.z, m.separation[1]}});
   for (const std::int32_t to : indices.index) store_record(record_at<32>(records, to) + 16, 0.f);
   if constexpr (points == 2)

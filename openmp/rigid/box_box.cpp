@@ -8,7 +8,8 @@
 // however many pairs were apart.
 //
 // Source: [LRB08] "Collision Detection", Figure 10; the rest as in serial/rigid/box_box.cpp. The contract stands in
-//         common/rigid/narrow_phase.h, formulas in common/rigid/box_axes.h and box_faces.h, bounds in common/rigid/box_pair.h.
+//         common/rigid/narrow_phase.h, formulas in common/rigid/box_axes.h and box_faces.h, bounds in
+//         common/rigid/box_pair.h.
 #include <algorithm>
 #include <bit>
 
@@ -48,9 +49,11 @@ struct Work {
 };
 
 LOCKSTEP_INLINE void load_boxes(const Work& work, Block& block) {
-  const Pose<floatv> pose_a = load_pose(work.placed.pose, block.collider.a), pose_b = load_pose(work.placed.pose, block.collider.b);
-  block.boxes = box_pair(pose_a.position, pose_a.orientation, load_quad(work.placed.colliders.size, block.collider.a),  //
-                         pose_b.position, pose_b.orientation, load_quad(work.placed.colliders.size, block.collider.b));
+  const Pose<floatv> pose_a = load_pose(work.placed.pose, block.collider.a),
+                     pose_b = load_pose(work.placed.pose, block.collider.b);
+  block.boxes =
+      box_pair(pose_a.position, pose_a.orientation, load_quad(work.placed.colliders.size, block.collider.a),  //
+               pose_b.position, pose_b.orientation, load_quad(work.placed.colliders.size, block.collider.b));
 }
 
 // Up to sixteen pairs off a queue. Lanes beyond the last pair hold one of before, or the first pair there is.
@@ -79,12 +82,13 @@ LOCKSTEP_INLINE void go_on(Work& work, Queue& queue, const Block& block, maskv m
 }
 
 void no_contacts(const Work& work, const Indices& pair, maskv mask) {
-  for (std::uint32_t set = bits(mask); set != 0; set &= set - 1) work.manifolds[pair.index[std::countr_zero(set)]].count = 0;
+  for (std::uint32_t set = bits(mask); set != 0; set &= set - 1)
+    work.manifolds[pair.index[std::countr_zero(set)]].count = 0;
 }
 
 // Points of two faces.
-LOCKSTEP_INLINE void face_contact(const Block& block, const Pose<floatv>& pose, maskv on_b, intv axis, const Three<floatv>& normal,
-                                  floatv margin, ManifoldLanes& manifold) {
+LOCKSTEP_INLINE void face_contact(const Block& block, const Pose<floatv>& pose, maskv on_b, intv axis,
+                                  const Three<floatv>& normal, floatv margin, ManifoldLanes& manifold) {
   const BoxFaces<floatv> faces = see_faces(block.boxes, pose, on_b, axis, normal);
   BoxPoint<floatv> point[most_points];
   find_points(faces, block.axis.separation, margin, point);
@@ -104,8 +108,8 @@ LOCKSTEP_INLINE void face_contact(const Block& block, const Pose<floatv>& pose, 
 }
 
 // The point of two edges.
-LOCKSTEP_INLINE void edge_contact(const Block& block, const Pose<floatv>& pose_a, intv i, intv j, const Three<floatv>& normal,
-                                  const Three<floatv>& normal_b, ManifoldLanes& manifold) {
+LOCKSTEP_INLINE void edge_contact(const Block& block, const Pose<floatv>& pose_a, intv i, intv j,
+                                  const Three<floatv>& normal, const Three<floatv>& normal_b, ManifoldLanes& manifold) {
   const EdgePoint<floatv> point = edge_point(block.boxes, pose_a, i, j, normal, normal_b);
   manifold.normal = point.normal;
   manifold.count = 1;
@@ -139,7 +143,8 @@ void edge_contacts(Work& work, const Block& block) {
   const Three<floatv> normal = edge_normal(block.boxes, i, j), normal_b = along_b(block.boxes, normal);
   ManifoldLanes manifold;
   manifold.a = load(block.collider.a.index), manifold.b = load(block.collider.b.index);
-  for (int k = 1; k < most_points; ++k) manifold.position[k] = {0.f, 0.f, 0.f}, manifold.separation[k] = 0.f, manifold.feature[k] = 0;
+  for (int k = 1; k < most_points; ++k)
+    manifold.position[k] = {0.f, 0.f, 0.f}, manifold.separation[k] = 0.f, manifold.feature[k] = 0;
   edge_contact(block, load_pose(work.placed.pose, block.collider.a), i, j, normal, normal_b, manifold);
   store_manifolds(work.manifolds, block.pair, manifold, block.active);
 }
@@ -177,7 +182,8 @@ void face_tests(Work& work, int first) {
 
 }  // namespace
 
-void box_box(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, std::span<Manifold<Real>> manifolds) {
+void box_box(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin,
+             std::span<Manifold<Real>> manifolds) {
   const int count = static_cast<int>(pairs.size());
 #pragma omp parallel
   {

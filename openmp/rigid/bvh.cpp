@@ -48,8 +48,7 @@ LOCKSTEP_INLINE void descend(const Tree<Real>& tree, int level, int a, int b, co
 
 }  // namespace
 
-void bvh_pairs(const Tree<Real>& tree, const Bounds<Real>& bounds, std::span<const std::int32_t> group,
-               Pairs& pairs) {
+void bvh_pairs(const Tree<Real>& tree, const Bounds<Real>& bounds, std::span<const std::int32_t> group, Pairs& pairs) {
   const Arranged& sorted = arrange(bounds, group, tree.order);
   const int root = tree.levels() - 1;
   // Pairs of nodes are found, and of colliders at the last level. The tree is only read; the pairs that a thread finds

@@ -38,7 +38,7 @@ constexpr int records_of_body = sizeof(BodyState) / sizeof(Motion<Real>);
 // Sixteen contacts of one batch, or the rest of it. Lanes without a contact repeat the first one. They have no point
 // and move no body.
 struct Contacts {
-  Indices index, a, b;  // manifolds; bodies' records in the array of BodyStates
+  Indices index, a, b;                                     // manifolds; bodies' records in the array of BodyStates
   std::uint16_t has_point[most_points], a_moves, b_moves;  // a bit a lane
   ContactConstraint<floatv> constraint;
 };

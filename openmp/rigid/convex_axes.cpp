@@ -2,13 +2,14 @@
 //
 // serial/rigid/convex_axes.cpp explains how the axis is found. Here lanes are used in two ways:
 //
-//   - Sixteen pairs at once, where all pairs do the same: the cores, and GJK's simplex at their new positions. Pairs that are too far
-//     apart are left out before, so that lanes are full.
+//   - Sixteen pairs at once, where all pairs do the same: the cores, and GJK's simplex at their new positions. Pairs
+//     that are too far apart are left out before, so that lanes are full.
 //   - One pair, where pairs differ: which faces are tried and which edges are left. There the lanes are sixteen faces,
-//     sixteen vertices, or sixteen edges of b against one of a. Hulls of a dozen vertices or two have about as many faces as two vectors
-//     hold; sixteen pairs side by side would all wait for the one that tries most.
+//     sixteen vertices, or sixteen edges of b against one of a. Hulls of a dozen vertices or two have about as many
+//     faces as two vectors hold; sixteen pairs side by side would all wait for the one that tries most.
 //
-// Source: as in serial/rigid/convex_axes.cpp. The contract stands in common/rigid/convex_axes.h, formulas in common/rigid/core_axes.h.
+// Source: as in serial/rigid/convex_axes.cpp. The contract stands in common/rigid/convex_axes.h, formulas in
+//         common/rigid/core_axes.h.
 #include "common/rigid/convex_axes.h"
 
 #include <algorithm>
@@ -131,8 +132,12 @@ struct Problem : CorePair<Real> {
   PlacedVertices vertices_a, vertices_b;
 
   // The vertices that are lowest along a direction.
-  Vector3<Real> lowest_a(const Vector3<Real>& direction) const { return vertices_a[lowest(a, direction_in_a(cores, direction))]; }
-  Vector3<Real> lowest_b(const Vector3<Real>& direction) const { return vertices_b[lowest(b, direction_in_b(cores, direction))]; }
+  Vector3<Real> lowest_a(const Vector3<Real>& direction) const {
+    return vertices_a[lowest(a, direction_in_a(cores, direction))];
+  }
+  Vector3<Real> lowest_b(const Vector3<Real>& direction) const {
+    return vertices_b[lowest(b, direction_in_b(cores, direction))];
+  }
 };
 
 // Lane l of sixteen problems. The shapes are there.
@@ -153,7 +158,8 @@ void take_problem(const CorePair<floatv>& p, int l, Problem& problem) {
 }
 
 // Sixteen problems, but for the shapes; simplex[which] of each pair.
-CorePair<floatv> make_problems(const Placed<Real>& placed, const PairLanes& pairs, std::span<const Simplex> simplex, const Indices& which) {
+CorePair<floatv> make_problems(const Placed<Real>& placed, const PairLanes& pairs, std::span<const Simplex> simplex,
+                               const Indices& which) {
   const HullLanes a = load_hulls(placed, pairs.a), b = load_hulls(placed, pairs.b);
   const Cores<floatv> cores = load_cores(placed, pairs);
   const floatv reach = load_reach(placed, cores, a, b);
@@ -199,7 +205,8 @@ BestFace<Real> best_face(const Shape& shape, const FaceBounds& bounds, Real leas
     if (!(bound[highest] > best.separation)) return best;
     const Vector3<Real> vertex = deepest(normal_of(shape, highest));
     const Vector3<floatv> v = splat(vertex);
-    for (int face = 0; face < shape.faces; face += lanes) store(&bound[face], min(height(shape, face, v), bound.sixteen(face)));
+    for (int face = 0; face < shape.faces; face += lanes)
+      store(&bound[face], min(height(shape, face, v), bound.sixteen(face)));
     if (bound[highest] > best.separation) best = {highest, bound[highest], vertex};
     bound[highest] = -infinity;  // it is measured
   }
@@ -250,7 +257,8 @@ Edges edges_left(const Shape& shape, const FaceBounds& bound, Real least, const 
 
 // The axis that separates most, of cores that overlap or touch: faces first, then edges where they are better.
 CoreAxis<Real> deepest_axis(const Problem& problem) {
-  const FaceBounds bounds_a = face_bounds(problem.a, problem.on_b), bounds_b = face_bounds(problem.b, problem.in_b(problem.on_a));
+  const FaceBounds bounds_a = face_bounds(problem.a, problem.on_b),
+                   bounds_b = face_bounds(problem.b, problem.in_b(problem.on_a));
   CoreAxis<Real> best = best_face_axis(problem, bounds_a, bounds_b);
   const Real least = min(best.separation, 0);
   const Edges edges_a = edges_left(problem.a, bounds_a, least, [&](int k) { return problem.vertices_a[k]; });
@@ -260,10 +268,12 @@ CoreAxis<Real> deepest_axis(const Problem& problem) {
     const CoreEdge<Real> edge_a = edges_a[i];
     const CoreEdge<floatv> sixteen_times = {splat(edge_a.start), splat(edge_a.along)};
     for (int k = 0; k < edges_b.count; k += lanes) {
-      const auto axes = edge_axis<floatv>(sixteen_times, edges_b.sixteen(k), on_a, on_b, problem.slack, best.separation + problem.slack);
+      const auto axes = edge_axis<floatv>(sixteen_times, edges_b.sixteen(k), on_a, on_b, problem.slack,
+                                          best.separation + problem.slack);
       const maskv left = (axes.way | axes.other_way) & first_lanes(edges_b.count - k);
       // Few are left. They are measured one after another, as each may make the next one needless.
-      for (std::uint32_t set = bits(left); set != 0; set &= set - 1) try_edges(problem, edge_a, edges_b[k + std::countr_zero(set)], best);
+      for (std::uint32_t set = bits(left); set != 0; set &= set - 1)
+        try_edges(problem, edge_a, edges_b[k + std::countr_zero(set)], best);
     }
   }
   try_closest_points(problem, best);
@@ -272,12 +282,14 @@ CoreAxis<Real> deepest_axis(const Problem& problem) {
 
 // Up to sixteen pairs that are near, by their numbers; lanes beyond repeat the first.
 void find_sixteen(const Placed<Real>& placed, const HullComponents& components, std::span<const Pair> pairs,
-                  std::span<const Simplex> simplex, const Indices& near, int count, std::span<SeparatingAxis<Real>> axes) {
+                  std::span<const Simplex> simplex, const Indices& near, int count,
+                  std::span<SeparatingAxis<Real>> axes) {
   const PairLanes sixteen = load_pairs(pairs, near);
   const CorePair<floatv> problems = make_problems(placed, sixteen, simplex, near);
   Problem problem;
   for (int l = 0; l < count; ++l) {
-    load_shape(placed, components, sixteen.a.index[l], problem.a), load_shape(placed, components, sixteen.b.index[l], problem.b);
+    load_shape(placed, components, sixteen.a.index[l], problem.a),
+        load_shape(placed, components, sixteen.b.index[l], problem.b);
     take_problem(problems, l, problem);
     axes[near.index[l]] = with_faces(problem, are_apart(problem) ? closest_axis(problem) : deepest_axis(problem));
   }

@@ -5,8 +5,8 @@
 // face has fewer corners than the largest waits. Pairs that are too far apart are left out before, so that lanes are
 // full.
 //
-// Source: as in serial/rigid/convex_clip.cpp; early outs by masks, [LRB08] Figure 10. The contract stands in common/rigid/convex_clip.h,
-//         formulas in common/rigid/clip_faces.h.
+// Source: as in serial/rigid/convex_clip.cpp; early outs by masks, [LRB08] Figure 10. The contract stands in
+//         common/rigid/convex_clip.h, formulas in common/rigid/clip_faces.h.
 #include "common/rigid/convex_clip.h"
 
 #include <algorithm>
@@ -50,7 +50,8 @@ struct Faces {
   }
 };
 Faces load_faces(const Placed<Real>& placed, const HullLanes& hulls, intv face) {
-  const std::int32_t *const first_corner = placed.hulls.first_corner.data(), *const first_vertex = placed.hulls.first_vertex.data();
+  const std::int32_t* const first_corner = placed.hulls.first_corner.data();
+  const std::int32_t* const first_vertex = placed.hulls.first_vertex.data();
   const maskv is_face = face >= 0;
   const intv index = load(hulls.first_face.index) + face, hull = load(hulls.hull.index);
   const intv first = gather(first_corner, index, is_face), corners = gather(first_corner + 1, index, is_face) - first;
@@ -60,15 +61,18 @@ Faces load_faces(const Placed<Real>& placed, const HullLanes& hulls, intv face) 
 // Planes of faces, in the shape's frame; of what has no face, zero.
 Quad<floatv> load_planes(const Placed<Real>& placed, const HullLanes& hulls, intv face, const Vector3<floatv>& scale) {
   const maskv is_face = face >= 0;
-  const auto [x, y, z, w] = load_quad(placed.hulls.plane, indices_of(select(is_face, load(hulls.first_face.index) + face, 0)));
-  const floatv distance = select(load(hulls.hull.index) == cube_hull, dot(absolute(Vector3<floatv>{x, y, z}), scale), w);
+  const auto [x, y, z, w] =
+      load_quad(placed.hulls.plane, indices_of(select(is_face, load(hulls.first_face.index) + face, 0)));
+  const floatv distance =
+      select(load(hulls.hull.index) == cube_hull, dot(absolute(Vector3<floatv>{x, y, z}), scale), w);
   return {select(is_face, x, 0.f), select(is_face, y, 0.f), select(is_face, z, 0.f), select(is_face, distance, 0.f)};
 }
 
 // The faces nearest to the axes, in a's frame: b's is the reference where `of_b` is true. Where `mask` is not, they may
 // be cut short.
-void load_polygons(const Placed<Real>& placed, const HullLanes& hulls_a, const HullLanes& hulls_b, const Cores<floatv>& cores,
-                   const AxisLanes& axis, maskv of_b, maskv mask, Polygon<floatv>& reference, Polygon<floatv>& incident) {
+void load_polygons(const Placed<Real>& placed, const HullLanes& hulls_a, const HullLanes& hulls_b,
+                   const Cores<floatv>& cores, const AxisLanes& axis, maskv of_b, maskv mask,
+                   Polygon<floatv>& reference, Polygon<floatv>& incident) {
   const Faces a = load_faces(placed, hulls_a, axis.face_a), b = load_faces(placed, hulls_b, axis.face_b);
   const auto most_of = [&](intv count) { return static_cast<int>(reduce_max(to_float(select(mask, count, 0)))); };
   reference.count = select(of_b, b.count, a.count), incident.count = select(of_b, a.count, b.count);
@@ -89,7 +93,8 @@ void load_polygons(const Placed<Real>& placed, const HullLanes& hulls_a, const H
 // The points that hold sixteen pairs apart along their axes.
 ManifoldLanes manifolds_of(const Placed<Real>& placed, const PairLanes& pairs, const AxisLanes& axis, Real margin) {
   const HullLanes hulls_a = load_hulls(placed, pairs.a), hulls_b = load_hulls(placed, pairs.b);
-  const floatv radius_a = load_quad(placed.colliders.size, pairs.a).w, radius_b = load_quad(placed.colliders.size, pairs.b).w;
+  const floatv radius_a = load_quad(placed.colliders.size, pairs.a).w,
+               radius_b = load_quad(placed.colliders.size, pairs.b).w;
   const Cores<floatv> cores = load_cores(placed, pairs);
   const floatv slack = slack_per_reach<Real> * load_reach(placed, cores, hulls_a, hulls_b);
   const Vector3<floatv>& normal = axis.normal;
@@ -110,7 +115,8 @@ ManifoldLanes manifolds_of(const Placed<Real>& placed, const PairLanes& pairs, c
   manifold.normal = cores.from_a * normal;
   manifold.count = 0;
   manifold.a = load(pairs.a.index), manifold.b = load(pairs.b.index);
-  const intv reference = max(select(of_b, axis.face_b, axis.face_a), 0), incident = max(select(of_b, axis.face_a, axis.face_b), 0);
+  const intv reference = max(select(of_b, axis.face_b, axis.face_a), 0),
+             incident = max(select(of_b, axis.face_a, axis.face_b), 0);
   const Vector3<floatv> to_middle = (.5f * (radius_a - radius_b)) * normal;
   const auto put = [&](int k, maskv mask, const FacePoint<floatv>& point) {
     manifold.count = manifold.count + select(mask, intv(1), intv(0));
@@ -133,8 +139,8 @@ constexpr int block = 256;
 
 }  // namespace
 
-void convex_clip(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<const SeparatingAxis<Real>> axes, Real margin,
-                 std::span<Manifold<Real>> manifolds) {
+void convex_clip(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<const SeparatingAxis<Real>> axes,
+                 Real margin, std::span<Manifold<Real>> manifolds) {
   const int count = static_cast<int>(pairs.size());
   // Manifold k is written where pair k is met, and nowhere else. Pairs differ in work, hence dynamic.
 #pragma omp parallel for schedule(dynamic)

@@ -13,7 +13,8 @@
 // in order of how many vertices they have, so that a block's hulls are about as large. As each pair takes the same
 // steps in any company, the result has the same bits.
 //
-// Source: as in the contract, common/rigid/gjk.h; bringing records side by side: [LRB08] Figure 12. Packing again what is left is ours.
+// Source: as in the contract, common/rigid/gjk.h; bringing records side by side: [LRB08] Figure 12. Packing again what
+//         is left is ours.
 #include "common/rigid/gjk.h"
 
 #include <algorithm>
@@ -53,7 +54,7 @@ LOCKSTEP_INLINE Vector position(const Array<Quad<Real>>& quad, Index index) {
 }
 
 struct Corner {
-  Index vertices;             // of which: a's, and 256 times b's
+  Index vertices;   // of which: a's, and 256 times b's
   Vector position;  // b - a, in a's frame
 
   LOCKSTEP_INLINE Index a() const { return vertices & 255; }
@@ -72,8 +73,8 @@ struct Problem {
   Cores<Number> cores;
 
   LOCKSTEP_INLINE Corner corner(Index k, Index l) const {
-    return {k | l << 8,
-            vertex_of_b(cores, position(hulls->vertex, b.first + l)) - vertex_of_a(cores, position(hulls->vertex, a.first + k))};
+    return {k | l << 8, vertex_of_b(cores, position(hulls->vertex, b.first + l)) -
+                            vertex_of_a(cores, position(hulls->vertex, a.first + k))};
   }
   // The one farthest against v, in a's frame.
   LOCKSTEP_INLINE Corner farthest(const Vector& v) const {
@@ -125,7 +126,8 @@ struct Choice {
 // The nearest point on the edges and faces from `newest` to the other corners, of which there are up to three.
 LOCKSTEP_INLINE Choice nearest(const Corner& newest, const Corner* others, Index count) {
   const Vector& p = newest.position;
-  Index edges = 0, j = 3, k = 3;  // how many edges from newest the best lies on, or between, and to which of the others: 3 is newest itself
+  // How many edges from newest the best lies on, or between, and to which of the others: 3 is newest itself.
+  Index edges = 0, j = 3, k = 3;
   Candidate<Number> best = {first_lanes(lanes), 0.f, 0.f, dot(p, p), p};
   const auto consider = [&](const Candidate<Number>& candidate, int bounds, int l, int m) {
     const Mask better = candidate.inside & (candidate.distance_2 < best.distance_2);
@@ -185,7 +187,8 @@ LOCKSTEP_INLINE void take(Mask mask, const Corner& newest, const Choice& choice,
   state.corner[1] = first;
   state.corner[0] = select(mask, newest, state.corner[0]);
   where(mask, state.count) = choice.count;
-  where(mask, state.weight[1]) = choice.r, where(mask, state.weight[2]) = choice.s, where(mask, state.weight[3]) = choice.t;
+  where(mask, state.weight[1]) = choice.r, where(mask, state.weight[2]) = choice.s,
+              where(mask, state.weight[3]) = choice.t;
   state.nearest = select(mask, choice.nearest, state.nearest);
   where(mask, state.distance_2) = choice.distance_2;
 }
@@ -223,7 +226,8 @@ LOCKSTEP_INLINE void store_known(const Known& known, std::span<Simplex> simplex,
 // iteration.
 LOCKSTEP_INLINE State start(const Problem& problem, const Known& known, Index& iterations) {
   const auto corner = [&](int k) {
-    return problem.corner(select(known.count > k, (known.a >> 8 * k) & 255, 0), select(known.count > k, (known.b >> 8 * k) & 255, 0));
+    return problem.corner(select(known.count > k, (known.a >> 8 * k) & 255, 0),
+                          select(known.count > k, (known.b >> 8 * k) & 255, 0));
   };
   const Mask cold = known.count == 0;
   where(cold, iterations) = 1;
@@ -258,7 +262,8 @@ LOCKSTEP_INLINE Mask walk(const Problem& problem, int enough, State& state, Inde
     const Mask stuck =
         active &
         (is_known(newest, state) |
-         ((farther > 0.f) & (farther * farther > 16 * epsilon * epsilon * (state.distance_2 * (state.distance_2 + next.longest_2)))));
+         ((farther > 0.f) &
+          (farther * farther > 16 * epsilon * epsilon * (state.distance_2 * (state.distance_2 + next.longest_2)))));
     const Mask there = stuck & (state.distance_2 <= 32 * 32 * epsilon * epsilon * next.longest_2);
     state.nearest = select(there, {0.f, 0.f, 0.f}, state.nearest);
     where(there, state.distance_2) = 0.f;
@@ -279,7 +284,8 @@ LOCKSTEP_INLINE void finish(const Problem& problem, State& state, Index iteratio
   for (int k = 0; k < 4 && any(state.count > k); ++k) {
     const Index a = state.corner[k].a(), b = state.corner[k].b();
     const Mask there = state.count > k;
-    on_a = select(there, on_a + state.weight[k] * vertex_of_a(cores, position(problem.hulls->vertex, problem.a.first + a)), on_a);
+    on_a = select(
+        there, on_a + state.weight[k] * vertex_of_a(cores, position(problem.hulls->vertex, problem.a.first + a)), on_a);
     where(there, out.a) |= a << 8 * k;
     where(there, out.b) |= b << 8 * k;
   }
@@ -287,7 +293,8 @@ LOCKSTEP_INLINE void finish(const Problem& problem, State& state, Index iteratio
   const Number stretch = select(state.distance_2 > 0.f, sqrt(state.distance_2 / dot(v, v)), 0.f);  // 1 but for rounding
   const Vector from = in_world(cores, on_a), to = in_world(cores, on_a + stretch * v);
   alignas(array_alignment) Closest<Real> result[lanes];
-  store_records(&result->on_a.x, sixteen(0).index, {{from.x, from.y, from.z, to.x, to.y, to.z, sqrt(state.distance_2), float_of_bits(iterations)}});
+  store_records(&result->on_a.x, sixteen(0).index,
+                {{from.x, from.y, from.z, to.x, to.y, to.z, sqrt(state.distance_2), float_of_bits(iterations)}});
   for (std::size_t l = 0; l < which.size(); ++l) closest[which[l]] = result[l];
   store_known(out, simplex, which);
 }
@@ -316,17 +323,20 @@ int gjk_of_block(const Placed<Real>& placed, std::span<const Pair> pairs, std::s
 
 // The pairs of a chunk, by how many vertices they have, in fours, which is how they are loaded.
 void gjk_of_chunk(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<Simplex> simplex,
-                             std::span<Closest<Real>> closest) {
+                  std::span<Closest<Real>> closest) {
   const int n = static_cast<int>(pairs.size());
   for (int k = 0; k < n; ++k) closest[k].iterations = 0;
   in_full_blocks(
       n, [&](int k) { return size_key(placed, pairs[k]); },
-      [&](std::span<std::int32_t> which, int enough) { return gjk_of_block(placed, pairs, which, enough, simplex, closest); });
+      [&](std::span<std::int32_t> which, int enough) {
+        return gjk_of_block(placed, pairs, which, enough, simplex, closest);
+      });
 }
 
 }  // namespace
 
-void gjk(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<Simplex> simplex, std::span<Closest<Real>> closest) {
+void gjk(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<Simplex> simplex,
+         std::span<Closest<Real>> closest) {
   const std::size_t chunks = (pairs.size() + chunk_size - 1) / chunk_size;
   // A chunk reads and writes what belongs to its own pairs alone. Chunks differ in work, hence dynamic.
 #pragma omp parallel for schedule(dynamic)

@@ -13,7 +13,8 @@ namespace lockstep::rigid::openmp {
 // The hulls of all pairs. Elements beyond the last vertex or face repeat it.
 struct HullComponents {
   std::vector<std::int32_t> begin;  // [hull]: where its components begin; -1 of what no pair has
-  Array<Real> component;            // of a hull: x, y and z of its vertices, then x, y, z and w of its planes, each in whole vectors
+  // Of a hull: x, y and z of its vertices, then x, y, z and w of its planes, each in whole vectors.
+  Array<Real> component;
 };
 
 constexpr int whole(int count) { return (count + lanes - 1) / lanes * lanes; }

@@ -30,11 +30,12 @@ inline Vector3<floatv> load_vertices(const Placed<float>& placed, const HullLane
 LOCKSTEP_INLINE Cores<floatv> load_cores(const Placed<float>& placed, const PairLanes& pairs) {
   const auto& [colliders, hulls, pose] = placed;
   const Pose<floatv> a = load_pose(pose, pairs.a), b = load_pose(pose, pairs.b);
-  return make_cores(vector_of(load_quad(colliders.size, pairs.a)), vector_of(load_quad(colliders.size, pairs.b)), a.position, b.position,
-                    a.orientation, b.orientation);
+  return make_cores(vector_of(load_quad(colliders.size, pairs.a)), vector_of(load_quad(colliders.size, pairs.b)),
+                    a.position, b.position, a.orientation, b.orientation);
 }
 
-LOCKSTEP_INLINE floatv load_reach(const Placed<float>& placed, const Cores<floatv>& cores, const HullLanes& a, const HullLanes& b) {
+LOCKSTEP_INLINE floatv load_reach(const Placed<float>& placed, const Cores<floatv>& cores, const HullLanes& a,
+                                  const HullLanes& b) {
   const Hulls<float>& hulls = placed.hulls;
   return reach_of(cores, load_quad(hulls.centre, a.hull), load_quad(hulls.half, a.hull),  //
                   load_quad(hulls.centre, b.hull), load_quad(hulls.half, b.hull));

@@ -47,7 +47,8 @@ LOCKSTEP_INLINE void load_vertices(const Hulls<Real>& hulls, const Indices& hull
     if (k < least)
       for (int l = 0; l < lanes; ++l) row[l] = load(&hulls.vertex[begin.index[l] + k].x);
     else
-      for (int l = 0; l < lanes; ++l) row[l] = load(&hulls.vertex[begin.index[l] + (k < vertices_of.index[l] ? k : 0)].x);
+      for (int l = 0; l < lanes; ++l)
+        row[l] = load(&hulls.vertex[begin.index[l] + (k < vertices_of.index[l] ? k : 0)].x);
     transpose(row);
     for (int m = 0; m < 4; ++m) {
       const Vector3<floatv> v = {row[4 * m], row[4 * m + 1], row[4 * m + 2]};

@@ -42,7 +42,8 @@ inline PairLanes load_pairs(std::span<const Pair> pairs) {
 // The pairs of number which.index[l].
 inline PairLanes load_pairs(std::span<const Pair> pairs, const Indices& which) {
   PairLanes result;
-  for (int l = 0; l < lanes; ++l) result.a.index[l] = pairs[which.index[l]].a, result.b.index[l] = pairs[which.index[l]].b;
+  for (int l = 0; l < lanes; ++l)
+    result.a.index[l] = pairs[which.index[l]].a, result.b.index[l] = pairs[which.index[l]].b;
   return result;
 }
 
@@ -56,7 +57,8 @@ LOCKSTEP_INLINE Pose<floatv> load_pose(std::span<const Pose<float>> pose, const 
   const auto [x, y, z, qx, qy, qz, qw, unused] = load_records(&pose.data()->position.x, indices.index).field;
   return {{x, y, z}, {qx, qy, qz, qw}, unused};
 }
-LOCKSTEP_INLINE void store_pose(std::span<Pose<float>> pose, const Indices& indices, const Pose<floatv>& value, maskv mask) {
+LOCKSTEP_INLINE void store_pose(std::span<Pose<float>> pose, const Indices& indices, const Pose<floatv>& value,
+                                maskv mask) {
   const auto& [p, q, unused] = value;
   store_records(&pose.data()->position.x, indices.index, {{p.x, p.y, p.z, q.x, q.y, q.z, q.w, unused}}, mask);
 }
@@ -71,9 +73,11 @@ LOCKSTEP_INLINE Motion<floatv> load_motion(std::span<const Motion<float>> motion
   const auto [x, y, z, wx, wy, wz, u0, u1] = load_records(&motion.data()->velocity.x, indices.index).field;
   return {{x, y, z}, {wx, wy, wz}, {u0, u1}};
 }
-LOCKSTEP_INLINE void store_motion(std::span<Motion<float>> motion, const Indices& indices, const Motion<floatv>& value, maskv mask) {
+LOCKSTEP_INLINE void store_motion(std::span<Motion<float>> motion, const Indices& indices, const Motion<floatv>& value,
+                                  maskv mask) {
   const auto& [v, w, unused] = value;
-  store_records(&motion.data()->velocity.x, indices.index, {{v.x, v.y, v.z, w.x, w.y, w.z, unused[0], unused[1]}}, mask);
+  store_records(&motion.data()->velocity.x, indices.index, {{v.x, v.y, v.z, w.x, w.y, w.z, unused[0], unused[1]}},
+                mask);
 }
 
 // A manifold a lane. Points beyond the count are zero, so that equal manifolds have equal bytes.
@@ -86,12 +90,14 @@ struct ManifoldLanes {
 };
 
 // manifolds[index[l]] = lane l of m, where active; active indices differ.
-LOCKSTEP_INLINE void store_manifolds(std::span<Manifold<float>> manifolds, const Indices& indices, const ManifoldLanes& m, maskv mask) {
+LOCKSTEP_INLINE void store_manifolds(std::span<Manifold<float>> manifolds, const Indices& indices,
+                                     const ManifoldLanes& m, maskv mask) {
   const auto put = [&](int part, const Records& record) {
     const Indices records = indices_of(load(indices.index) * 4 + part);
     store_records(&manifolds.data()->normal.x, records.index, record, mask);
   };
-  put(0, {{m.normal.x, m.normal.y, m.normal.z, float_of_bits(m.count), float_of_bits(m.a), float_of_bits(m.b), 0.f, 0.f}});
+  put(0,
+      {{m.normal.x, m.normal.y, m.normal.z, float_of_bits(m.count), float_of_bits(m.a), float_of_bits(m.b), 0.f, 0.f}});
   for (int k = 0; k < most_points; k += 2) {
     const Vector3<floatv>&p = m.position[k], &q = m.position[k + 1];
     put(1 + k / 2, {{p.x, p.y, p.z, m.separation[k], q.x, q.y, q.z, m.separation[k + 1]}});

@@ -56,7 +56,8 @@ std::vector<Simplex> matching_simplices(std::span<const Pair> pairs, const Narro
     // A thread writes its own share, and begins in the other list where its share does.
     const Share mine = my_share(static_cast<int>(pairs.size()));
     std::size_t other = 0;
-    if (mine.begin < mine.end) other = std::lower_bound(last.pairs.begin(), last.pairs.end(), pairs[mine.begin]) - last.pairs.begin();
+    if (mine.begin < mine.end)
+      other = std::lower_bound(last.pairs.begin(), last.pairs.end(), pairs[mine.begin]) - last.pairs.begin();
     for (int k = mine.begin; k < mine.end; ++k) {
       while (other < last.pairs.size() && last.pairs[other] < pairs[k]) ++other;
       if (other < last.pairs.size() && last.pairs[other] == pairs[k]) simplex[k] = last.simplex[other];
@@ -95,7 +96,9 @@ void narrow_phase(const Placed<Real>& placed, std::span<const Pair> pairs, Real 
 
   const Unwritten<Manifold<Real>> of_pairs(pairs.size());
   const std::span<Manifold<Real>> found = of_pairs.span;
-  const auto part = [&](auto& of, int from, int to) { return std::span(of).subspan(first[from], first[to] - first[from]); };
+  const auto part = [&](auto& of, int from, int to) {
+    return std::span(of).subspan(first[from], first[to] - first[from]);
+  };
   const auto run = [&](Collide<Real>& kernel, int from, int to) {
     kernel(placed, part(sorted, from, to), margin, part(found, from, to));
   };

@@ -17,8 +17,8 @@
 #include "common/real.h"
 #include "common/rigid/place.h"
 #include "common/simd.h"
-#include "openmp/spatial/boxes.h"
 #include "openmp/rigid/lanes.h"
+#include "openmp/spatial/boxes.h"
 
 namespace lockstep::rigid::openmp {
 namespace {

@@ -46,12 +46,14 @@ struct Strip {
 
 void cut_into_strips(int begin, int end, std::size_t first, std::size_t last, std::vector<Strip>& strips) {
   constexpr int length = 1024;
-  for (int i = begin; i < end && first < last; i += length) strips.push_back({i, std::min(i + length, end), first, last});
+  for (int i = begin; i < end && first < last; i += length)
+    strips.push_back({i, std::min(i + length, end), first, last});
 }
 
 }  // namespace
 
-void plane_pairs(const Colliders<Real>& colliders, std::span<const Pose<Real>> placed, const Bounds<Real>& bounds, Pairs& pairs) {
+void plane_pairs(const Colliders<Real>& colliders, std::span<const Pose<Real>> placed, const Bounds<Real>& bounds,
+                 Pairs& pairs) {
   const std::vector<Plane> planes = planes_of(colliders, placed);
   const auto touch = [&](const Plane& plane, int i, maskv inside) {
     const Box<floatv> box = load_boxes(bounds, i);
@@ -64,7 +66,8 @@ void plane_pairs(const Colliders<Real>& colliders, std::span<const Pose<Real>> p
     std::vector<std::uint32_t> below(last - first);  // [plane]: which of sixteen boxes reach below it
     for (int i = begin; i < end; i += lanes) {
       std::uint32_t any = 0;
-      for (std::size_t q = first; q < last; ++q) any |= below[q - first] = bits(touch(planes[q], i, first_lanes(end - i)));
+      for (std::size_t q = first; q < last; ++q)
+        any |= below[q - first] = bits(touch(planes[q], i, first_lanes(end - i)));
       for (std::uint32_t set = any; set != 0; set &= set - 1) {
         const int l = std::countr_zero(set);
         for (std::size_t q = first; q < last; ++q)
@@ -89,8 +92,7 @@ void plane_pairs(const Colliders<Real>& colliders, std::span<const Pose<Real>> p
   Failure failure;
   // Iterations are independent: a strip has its own list.
 #pragma omp parallel for schedule(dynamic)
-  for (std::size_t s = 0; s < strips.size(); ++s)
-    failure.guard([&] { found[s] = pairs_of(strips[s]); });
+  for (std::size_t s = 0; s < strips.size(); ++s) failure.guard([&] { found[s] = pairs_of(strips[s]); });
   failure.rethrow();
   pairs.clear();
   for (const Pairs& strip : found) pairs.insert(pairs.end(), strip.begin(), strip.end());

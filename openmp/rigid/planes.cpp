@@ -19,7 +19,9 @@ namespace lockstep::rigid::openmp {
 namespace {
 
 // How many corners all shapes of a kind have, which then have the same hull; 0 where each has its own.
-constexpr int corners_of_kind(Kind kind) { return kind == Kind::sphere ? 1 : kind == Kind::capsule ? 2 : kind == Kind::box ? 8 : 0; }
+constexpr int corners_of_kind(Kind kind) {
+  return kind == Kind::sphere ? 1 : kind == Kind::capsule ? 2 : kind == Kind::box ? 8 : 0;
+}
 
 // As load_poses does; sixteen pairs often have one plane.
 LOCKSTEP_INLINE Pose<floatv> load_planes(std::span<const Pose<Real>> pose, const Indices& indices) {
@@ -59,7 +61,8 @@ struct VertexLanes {
 
 // The points of sixteen pairs of a plane and a shape of a kind.
 template <Kind kind>
-LOCKSTEP_INLINE void find_points(const PlaneView<floatv>& view, const VertexLanes<kind>& vertex, floatv margin, ManifoldLanes& manifold) {
+LOCKSTEP_INLINE void find_points(const PlaneView<floatv>& view, const VertexLanes<kind>& vertex, floatv margin,
+                                 ManifoldLanes& manifold) {
   constexpr int most_corners = corners_of_kind(kind);
   const auto corner = [&](int i) { return view.corner(vertex[i], i); };
   const auto put = [&](int p, maskv mask, const Corner<floatv>& c) {
@@ -95,9 +98,9 @@ void collide(const Placed<Real>& placed, Bin& bin, Real margin, std::span<Manifo
   for (int k = 0; k < bin.count; k += lanes) {
     const Indices &plane = bin.first[k / lanes], &convex = bin.second[k / lanes], &pair = bin.pair[k / lanes];
     const intv shape_a = load(plane.index), shape_b = load(convex.index);
-    const PlaneView<floatv> view =
-        view_plane(load_planes(placed.pose, plane), load_pose(placed.pose, convex), load_quad(placed.colliders.size, convex));
-    ManifoldLanes manifold = {};
+    const PlaneView<floatv> view = view_plane(load_planes(placed.pose, plane), load_pose(placed.pose, convex),
+                                              load_quad(placed.colliders.size, convex));
+    ManifoldLanes manifold;
     manifold.normal = select(shape_a > shape_b, -view.normal, view.normal);
     manifold.a = min(shape_a, shape_b), manifold.b = max(shape_a, shape_b), manifold.count = 0;
     for (int p = 0; p < most_points; ++p) {

@@ -46,8 +46,8 @@ void collide(const Placed<Real>& placed, Bin& bin, Real margin, std::span<Manifo
       contact.normal = axes * contact.normal;
       contact.position[0] = axes * contact.position[0], contact.position[1] = axes * contact.position[1];
     } else if constexpr (form == RoundForm::segments) {
-      contact = contact_of_segments(d, matrix_of(pose_a.orientation).y, size_a.y, matrix_of(pose_b.orientation).y, size_b.y,
-                                    size_a.w, size_b.w);
+      contact = contact_of_segments(d, matrix_of(pose_a.orientation).y, size_a.y, matrix_of(pose_b.orientation).y,
+                                    size_b.y, size_a.w, size_b.w);
     } else {
       contact = contact_of_points(d, size_a.w, size_b.w);
     }
@@ -56,24 +56,28 @@ void collide(const Placed<Real>& placed, Bin& bin, Real margin, std::span<Manifo
     manifold.normal = select(turned, -contact.normal, contact.normal);
     manifold.a = min(shape_a, shape_b), manifold.b = max(shape_a, shape_b);
     // The second point moves up where the first is not near.
-    const maskv near = contact.separation[0] <= margin, other = contact.two & (contact.separation[1] <= margin), both = near & other;
+    const maskv near = contact.separation[0] <= margin, other = contact.two & (contact.separation[1] <= margin),
+                both = near & other;
     const auto put = [&](int k, maskv mask, maskv upper) {
       const Vector3<floatv> position = pose_a.position + select(upper, contact.position[1], contact.position[0]);
       const Vector3<floatv> zero = {0, 0, 0};
       manifold.position[k] = select(mask, position, zero);
       manifold.separation[k] = select(mask, select(upper, contact.separation[1], contact.separation[0]), floatv(0));
-      manifold.feature[k] = select(mask, select(contact.two, select(upper, intv(upper_end), intv(lower_end)), intv(only_point)), intv(0));
+      manifold.feature[k] =
+          select(mask, select(contact.two, select(upper, intv(upper_end), intv(lower_end)), intv(only_point)), intv(0));
     };
     put(0, near | other, ~near);
     put(1, both, both);
     manifold.count = select(both, intv(2), select(near | other, intv(1), intv(0)));
-    store_short_manifolds<form == RoundForm::segments || form == RoundForm::box_segment ? 2 : 1>(manifolds, pair, manifold);
+    store_short_manifolds<form == RoundForm::segments || form == RoundForm::box_segment ? 2 : 1>(manifolds, pair,
+                                                                                                 manifold);
   }
 }
 
 }  // namespace
 
-void spheres(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, std::span<Manifold<Real>> manifolds) {
+void spheres(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin,
+             std::span<Manifold<Real>> manifolds) {
   const int count = static_cast<int>(pairs.size());
   // A block writes the manifolds of its own pairs alone. Forms differ in work, hence dynamic.
 #pragma omp parallel for schedule(dynamic)
@@ -81,7 +85,8 @@ void spheres(const Placed<Real>& placed, std::span<const Pair> pairs, Real margi
     Bin bins[round_forms];
     sort_block(pairs, begin, std::min(begin + block, count), bins, [&](const Pair& pair) -> Place {
       const auto [a, b] = pair;
-      const Kind kind_a = static_cast<Kind>(placed.colliders.kind[a]), kind_b = static_cast<Kind>(placed.colliders.kind[b]);
+      const Kind kind_a = static_cast<Kind>(placed.colliders.kind[a]),
+                 kind_b = static_cast<Kind>(placed.colliders.kind[b]);
       const bool turned = kind_b == Kind::box;
       return {static_cast<int>(round_form(kind_a, kind_b)), turned ? b : a, turned ? a : b};
     });

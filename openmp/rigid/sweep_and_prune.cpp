@@ -18,8 +18,8 @@
 #include "common/real.h"
 #include "common/rigid/broad_phase.h"
 #include "common/rigid/limits.h"
-#include "common/spatial/sweep.h"
 #include "common/simd.h"
+#include "common/spatial/sweep.h"
 #include "openmp/rigid/arranged.h"
 #include "openmp/spatial/boxes.h"
 #include "openmp/spatial/order_pairs.h"
@@ -73,8 +73,8 @@ void sweep(const Bounds<Real>& bounds, std::span<const std::int32_t> group, cons
       const floatv begin_u = load(low_u + j), end_u = load(high_u + j);
       const floatv begin_v = load(low_v + j), end_v = load(high_v + j);
       for (int k = first; k < last; ++k) {
-        const maskv hit = candidates(k) & (begin_u <= high_u[k]) & (end_u >= low_u[k]) & (begin_v <= high_v[k]) &
-                          (end_v >= low_v[k]);
+        const maskv hit =
+            candidates(k) & (begin_u <= high_u[k]) & (end_u >= low_u[k]) & (begin_v <= high_v[k]) & (end_v >= low_v[k]);
         if (any(hit)) add_hits(owners, k, j, hit, mine);
       }
     };

@@ -1,8 +1,8 @@
 // Sixteen boxes at a time.
 #pragma once
 
-#include "common/spatial/bounds.h"
 #include "common/simd.h"
+#include "common/spatial/bounds.h"
 
 namespace lockstep::spatial::openmp {
 

@@ -1,12 +1,15 @@
 // The density at every particle, from the poly6 kernel over its neighbours within h.
 //
-// Symmetric: every pair is met once, and its term goes to both particles. A cell is tested against itself and the half of its
-// neighbours that follow it in cell order (forward_runs), so no pair is met twice. This is what both papers parallelise.
+// Symmetric: every pair is met once, and its term goes to both particles. A cell is tested against itself and the half
+// of its neighbours that follow it in cell order (forward_runs), so no pair is met twice. This is what both papers
+// parallelise.
 //
-// Owner-gather: every particle tests all 27 cells and sums for itself. Twice the distance tests, but each particle is written by its owner
-// alone, so openmp/ needs no locks. The neighbours found go to lists, so that the forces need no search.
+// Owner-gather: every particle tests all 27 cells and sums for itself. Twice the distance tests, but each particle is
+// written by its owner alone, so openmp/ needs no locks. The neighbours found go to lists, so that the forces need no
+// search.
 //
-// Pair lists: symmetric, and the pairs found go to lists with their distances, so that the forces need no search either.
+// Pair lists: symmetric, and the pairs found go to lists with their distances, so that the forces need no search
+// either.
 //
 // About 15 % of the pairs tested lie within h: a sphere of radius h fills that much of 27 cells of edge h.
 //
@@ -20,8 +23,8 @@
 
 namespace lockstep::fluid::serial {
 
-void densities_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>&,
-                         std::span<Real> density) {
+void densities_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
+                         Neighbours<Real>&, std::span<Real> density) {
   const Real h2 = model.smoothing_length_2;
   const Vectors<Real>& p = particles.position;
   std::fill(density.begin(), density.end(), density_term(h2, Real(0)));  // each particle's own term
@@ -83,8 +86,8 @@ void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, co
   }
 }
 
-void densities_pair_lists(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>& neighbours,
-                          std::span<Real> density) {
+void densities_pair_lists(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
+                          Neighbours<Real>& neighbours, std::span<Real> density) {
   const Real h2 = model.smoothing_length_2;
   const Vectors<Real>& p = particles.position;
   require_lists_fit(grid);

@@ -14,8 +14,8 @@
 
 namespace lockstep::fluid::serial {
 
-void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>&,
-                      std::span<const Real> density, Vectors<Real>& acceleration) {
+void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
+                      Neighbours<Real>&, std::span<const Real> density, Vectors<Real>& acceleration) {
   const Real h2 = model.smoothing_length_2;
   const Vectors<Real>&p = particles.position, &v = particles.velocity;
   std::fill(acceleration.x.begin(), acceleration.x.end(), model.gravity.x);
@@ -44,8 +44,8 @@ void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Pa
       }
 }
 
-void forces_owner_gather(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>& neighbours,
-                         std::span<const Real> density, Vectors<Real>& acceleration) {
+void forces_owner_gather(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
+                         Neighbours<Real>& neighbours, std::span<const Real> density, Vectors<Real>& acceleration) {
   const Vectors<Real>&p = particles.position, &v = particles.velocity;
   const int rows = grid.y.cells * grid.z.cells;
 
@@ -66,8 +66,8 @@ void forces_owner_gather(const Model<Real>& model, const Grid<Real>& grid, const
   }
 }
 
-void forces_pair_lists(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles, Neighbours<Real>& neighbours,
-                       std::span<const Real> density, Vectors<Real>& acceleration) {
+void forces_pair_lists(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
+                       Neighbours<Real>& neighbours, std::span<const Real> density, Vectors<Real>& acceleration) {
   const Vectors<Real>&p = particles.position, &v = particles.velocity;
   std::fill(acceleration.x.begin(), acceleration.x.end(), model.gravity.x);
   std::fill(acceleration.y.begin(), acceleration.y.end(), model.gravity.y);
@@ -82,7 +82,8 @@ void forces_pair_lists(const Model<Real>& model, const Grid<Real>& grid, const P
       for (; k < neighbours.end[i]; ++k) {
         const int j = list[k];
         const Vector3<Real> dp = at(p, i) - at(p, j);
-        const Vector3<Real> a = pair_acceleration(model, density[i], density[j], dp, at(v, j) - at(v, i), neighbours.distance_2[z][k]);
+        const Vector3<Real> a =
+            pair_acceleration(model, density[i], density[j], dp, at(v, j) - at(v, i), neighbours.distance_2[z][k]);
         sum = sum + a;
         put(acceleration, j, at(acceleration, j) - a);
       }

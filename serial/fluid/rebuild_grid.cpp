@@ -1,9 +1,9 @@
 // Puts the particles in cell order by a counting sort.
 //
 // Three passes: count the particles of each cell; sum the counts, which gives the begin of every cell's run; copy each
-// particle to the next free place of its cell's run. Walking the particles in the order they came in makes the sort stable,
-// which fixes the order within a cell and with it every later sum. Cost is linear in particles and cells, and since particles
-// move little in a frame the moves are nearly sequential.
+// particle to the next free place of its cell's run. Walking the particles in the order they came in makes the sort
+// stable, which fixes the order within a cell and with it every later sum. Cost is linear in particles and cells, and
+// since particles move little in a frame the moves are nearly sequential.
 //
 // Source: [LRB08] "Game Fluids via SPH", Figure 3. The contract stands in common/fluid/rebuild_grid.h.
 #include "common/fluid/rebuild_grid.h"
@@ -28,7 +28,8 @@ void rebuild_grid(Grid<Real>& grid, Particles<Real>& particles, Particles<Real>&
 
   // next[c] is the next free place of cell c.
   Array<std::int32_t> next(grid.cell_begin.begin(), grid.cell_begin.end());
-  for (int i = 0; i < particles.count; ++i) copy_particle(particles, i, sorted, next[cell_of(grid, particles.position, i)]++);
+  for (int i = 0; i < particles.count; ++i)
+    copy_particle(particles, i, sorted, next[cell_of(grid, particles.position, i)]++);
   std::swap(particles, sorted);
 }
 

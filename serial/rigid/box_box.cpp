@@ -13,9 +13,10 @@
 // those faces are clipped along the edges' normal, so that contacts do not appear and disappear where two axes are
 // nearly equal and rounding decides between them.
 //
-// Source: [LRB08] "Collision Detection", Figure 10; Gottschalk, Lin and Manocha, SIGGRAPH 1996 (axes); Ericson, Real-Time Collision
-//         Detection (2005), 4.4.1 and 5.1.9; Liang and Barsky, ACM Trans. Graphics 3 (1984) (clipping). The contract stands in
-//         common/rigid/narrow_phase.h, formulas in common/rigid/box_axes.h and box_faces.h, bounds in common/rigid/box_pair.h.
+// Source: [LRB08] "Collision Detection", Figure 10; Gottschalk, Lin and Manocha, SIGGRAPH 1996 (axes); Ericson,
+//         Real-Time Collision Detection (2005), 4.4.1 and 5.1.9; Liang and Barsky, ACM Trans. Graphics 3 (1984)
+//         (clipping). The contract stands in common/rigid/narrow_phase.h, formulas in common/rigid/box_axes.h and
+//         box_faces.h, bounds in common/rigid/box_pair.h.
 #include "common/real.h"
 #include "common/rigid/box_axes.h"
 #include "common/rigid/box_faces.h"
@@ -25,8 +26,8 @@ namespace lockstep::rigid::serial {
 namespace {
 
 // Points of two faces.
-void face_contact(const BoxPair<Real>& boxes, const Pose<Real>& pose, bool on_b, int axis, const Three<Real>& normal, Real margin,
-                  Real separation, Manifold<Real>& manifold) {
+void face_contact(const BoxPair<Real>& boxes, const Pose<Real>& pose, bool on_b, int axis, const Three<Real>& normal,
+                  Real margin, Real separation, Manifold<Real>& manifold) {
   const BoxFaces<Real> faces = see_faces(boxes, pose, on_b, axis, normal);
   BoxPoint<Real> point[most_points];
   find_points(faces, separation, margin, point);
@@ -35,7 +36,8 @@ void face_contact(const BoxPair<Real>& boxes, const Pose<Real>& pose, bool on_b,
   for (const auto& [x, y, separation, slot] : point) {
     if (slot == slots) continue;
     manifold.feature[manifold.count] = faces.feature + slot;
-    manifold.point[manifold.count++] = {faces.origin + (in_world(faces, {x, y, 0}) + Real(.5) * separation * out), separation};
+    manifold.point[manifold.count++] = {faces.origin + (in_world(faces, {x, y, 0}) + Real(.5) * separation * out),
+                                        separation};
   }
 }
 
@@ -51,7 +53,8 @@ void edge_contact(const BoxPair<Real>& boxes, const Pose<Real>& pose_a, int i, i
 
 }  // namespace
 
-void box_box(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, std::span<Manifold<Real>> manifolds) {
+void box_box(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin,
+             std::span<Manifold<Real>> manifolds) {
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const auto [a, b] = pairs[k];
     const Pose<Real>&pose_a = placed.pose[a], &pose_b = placed.pose[b];

@@ -18,8 +18,7 @@ namespace {
 using namespace spatial;
 
 // Finds the pairs of overlapping children of nodes a and b >= a of a level.
-void descend(const Tree<Real>& tree, std::span<const std::int32_t> group, int level, int a, int b,
-             Pairs& pairs) {
+void descend(const Tree<Real>& tree, std::span<const std::int32_t> group, int level, int a, int b, Pairs& pairs) {
   const Bounds<Real>& boxes = tree.boxes;
   const int below = tree.first[level - 1];  // where the boxes of the children's level begin
   const Box<Real> box_b = boxes.box(tree.first[level] + b);
@@ -40,8 +39,7 @@ void descend(const Tree<Real>& tree, std::span<const std::int32_t> group, int le
 
 }  // namespace
 
-void bvh_pairs(const Tree<Real>& tree, const Bounds<Real>& bounds, std::span<const std::int32_t> group,
-               Pairs& pairs) {
+void bvh_pairs(const Tree<Real>& tree, const Bounds<Real>& bounds, std::span<const std::int32_t> group, Pairs& pairs) {
   const std::size_t room = pairs.capacity();
   pairs.clear();
   if (tree.levels() > 1) descend(tree, group, tree.levels() - 1, 0, 0, pairs);

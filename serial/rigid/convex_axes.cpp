@@ -16,9 +16,9 @@
 // core that is deepest below it. That vertex bounds all other faces, too. This ends when no bound is higher than what
 // was measured.
 //
-// Source: separating axes of polytopes, Gottschalk, Lin and Manocha, SIGGRAPH 1996; Gregorius, The Separating Axis Test between Convex
-//         Polyhedra, GDC 2013. The bounds by a common point are ours. The contract stands in common/rigid/convex_axes.h, formulas in
-//         common/rigid/core_axes.h.
+// Source: separating axes of polytopes, Gottschalk, Lin and Manocha, SIGGRAPH 1996; Gregorius, The Separating Axis Test
+//         between Convex Polyhedra, GDC 2013. The bounds by a common point are ours. The contract stands in
+//         common/rigid/convex_axes.h, formulas in common/rigid/core_axes.h.
 #include "common/rigid/convex_axes.h"
 
 #include <algorithm>
@@ -94,8 +94,12 @@ struct Problem : CorePair<Real> {
   Vector3<Real> vertex_a(int k) const { return vertex_of_a(cores, vector_of(a.vertex[k])); }
   Vector3<Real> vertex_b(int k) const { return vertex_of_b(cores, vector_of(b.vertex[k])); }
   // The vertices that are lowest along a direction.
-  Vector3<Real> lowest_a(const Vector3<Real>& direction) const { return vertex_a(lowest(a, direction_in_a(cores, direction))); }
-  Vector3<Real> lowest_b(const Vector3<Real>& direction) const { return vertex_b(lowest(b, direction_in_b(cores, direction))); }
+  Vector3<Real> lowest_a(const Vector3<Real>& direction) const {
+    return vertex_a(lowest(a, direction_in_a(cores, direction)));
+  }
+  Vector3<Real> lowest_b(const Vector3<Real>& direction) const {
+    return vertex_b(lowest(b, direction_in_b(cores, direction)));
+  }
 };
 
 Problem make_problem(const Placed<Real>& placed, const Pair& pair, const Simplex& simplex) {
@@ -109,7 +113,8 @@ Problem make_problem(const Placed<Real>& placed, const Pair& pair, const Simplex
     of_a[k] = vertex_of_a(cores, vector_of(a.vertex[simplex.a[k]]));
     of_b[k] = vertex_of_b(cores, vector_of(b.vertex[simplex.b[k]]));
   }
-  const Real reach = reach_of(cores, hulls.centre[hull_a], hulls.half[hull_a], hulls.centre[hull_b], hulls.half[hull_b]);
+  const Real reach =
+      reach_of(cores, hulls.centre[hull_a], hulls.half[hull_a], hulls.centre[hull_b], hulls.half[hull_b]);
   return {make_core_pair<Real>(cores, reach, simplex.count, of_a, of_b), a, b};
 }
 
@@ -172,7 +177,8 @@ Edges edges_left(const Shape& shape, const FaceBounds& bound, Real least, const 
 
 // The axis that separates most, of cores that overlap or touch: faces first, then edges where they are better.
 CoreAxis<Real> deepest_axis(const Problem& problem) {
-  const FaceBounds bounds_a = face_bounds(problem.a, problem.on_b), bounds_b = face_bounds(problem.b, problem.in_b(problem.on_a));
+  const FaceBounds bounds_a = face_bounds(problem.a, problem.on_b),
+                   bounds_b = face_bounds(problem.b, problem.in_b(problem.on_a));
   CoreAxis<Real> best = best_face_axis(problem, bounds_a, bounds_b);
   const Real least = min(best.separation, 0);
   const Edges edges_a = edges_left(problem.a, bounds_a, least, [&](int k) { return problem.vertex_a(k); });

@@ -5,8 +5,8 @@
 // points, and so are corners of the reference face that have the incident face above. Each has a slot of its own; there
 // are no lists. Of all points four are kept.
 //
-// Source: clipping, Cyrus and Beck, Computers & Graphics 3 (1978). The contract stands in common/rigid/convex_clip.h, formulas in
-//         common/rigid/clip_faces.h.
+// Source: clipping, Cyrus and Beck, Computers & Graphics 3 (1978). The contract stands in common/rigid/convex_clip.h,
+//         formulas in common/rigid/clip_faces.h.
 #include "common/rigid/convex_clip.h"
 
 #include <algorithm>
@@ -28,7 +28,8 @@ void load_polygon(const Placed<Real>& placed, int collider, int face, const Plac
   const std::int32_t* const first_corner = &hulls.first_corner[hulls.first_face[hull]];
   const int first = face >= 0 ? first_corner[face] : 0;
   polygon.count = polygon.most = face >= 0 ? first_corner[face + 1] - first : hulls.vertices(hull);
-  for (int k = 0; k < polygon.count; ++k) polygon.corner[k] = place(vector_of(vertex[face >= 0 ? hulls.corner[first + k] : k]));
+  for (int k = 0; k < polygon.count; ++k)
+    polygon.corner[k] = place(vector_of(vertex[face >= 0 ? hulls.corner[first + k] : k]));
 }
 
 // The plane of a face, in the shape's frame; of what has no face, zero.
@@ -36,20 +37,22 @@ Quad<Real> plane_of(const Placed<Real>& placed, int collider, int face) {
   if (face < 0) return {0, 0, 0, 0};
   const int hull = placed.colliders.hull[collider];
   const Quad<Real>& plane = placed.hulls.plane[placed.hulls.first_face[hull] + face];
-  const Real distance = hull == cube_hull ? dot(absolute(vector_of(plane)), vector_of(placed.colliders.size[collider])) : plane.w;
+  const Real distance =
+      hull == cube_hull ? dot(absolute(vector_of(plane)), vector_of(placed.colliders.size[collider])) : plane.w;
   return {plane.x, plane.y, plane.z, distance};
 }
 
 // The points that hold the two apart along the axis.
-Manifold<Real> manifold_of(const Placed<Real>& placed, const Pair& pair, const SeparatingAxis<Real>& axis, Real margin) {
+Manifold<Real> manifold_of(const Placed<Real>& placed, const Pair& pair, const SeparatingAxis<Real>& axis,
+                           Real margin) {
   const auto& [colliders, hulls, pose] = placed;
   const Pose<Real>&a = pose[pair.a], &b = pose[pair.b];
   const Quad<Real>&size_a = colliders.size[pair.a], &size_b = colliders.size[pair.b];
   const int hull_a = colliders.hull[pair.a], hull_b = colliders.hull[pair.b];
   const Cores<Real> cores =
       make_cores(vector_of(size_a), vector_of(size_b), a.position, b.position, a.orientation, b.orientation);
-  const Real slack =
-      slack_per_reach<Real> * reach_of(cores, hulls.centre[hull_a], hulls.half[hull_a], hulls.centre[hull_b], hulls.half[hull_b]);
+  const Real slack = slack_per_reach<Real> * reach_of(cores, hulls.centre[hull_a], hulls.half[hull_a],
+                                                      hulls.centre[hull_b], hulls.half[hull_b]);
   const Vector3<Real>& normal = axis.normal;
 
   FacePoints<Real> points;
@@ -57,11 +60,14 @@ Manifold<Real> manifold_of(const Placed<Real>& placed, const Pair& pair, const S
   const bool of_b = axis.cosine_b - preference > axis.cosine_a;  // b's face is the reference
   if (max(axis.cosine_a, axis.cosine_b) > least_cosine) {
     Polygon<Real> polygon_a, polygon_b;
-    load_polygon(placed, pair.a, axis.face_a, [&](const Vector3<Real>& v) { return vertex_of_a(cores, v); }, polygon_a);
-    load_polygon(placed, pair.b, axis.face_b, [&](const Vector3<Real>& v) { return vertex_of_b(cores, v); }, polygon_b);
+    load_polygon(
+        placed, pair.a, axis.face_a, [&](const Vector3<Real>& v) { return vertex_of_a(cores, v); }, polygon_a);
+    load_polygon(
+        placed, pair.b, axis.face_b, [&](const Vector3<Real>& v) { return vertex_of_b(cores, v); }, polygon_b);
     polygon_a.plane = plane_of(placed, pair.a, axis.face_a);
     polygon_b.plane = turned_plane(cores, plane_of(placed, pair.b, axis.face_b));
-    clip_faces(true, of_b ? polygon_b : polygon_a, of_b ? polygon_a : polygon_b, of_b ? -normal : normal, slack, points);
+    clip_faces(true, of_b ? polygon_b : polygon_a, of_b ? polygon_a : polygon_b, of_b ? -normal : normal, slack,
+               points);
   }
   const Real radii = size_a.w + size_b.w;
   finish_points(axis.middle, axis.separation, radii, margin, slack, points);
@@ -69,7 +75,8 @@ Manifold<Real> manifold_of(const Placed<Real>& placed, const Pair& pair, const S
   Manifold<Real> manifold = {};
   manifold.normal = cores.from_a * normal;
   manifold.a = pair.a, manifold.b = pair.b;
-  const int reference = std::max(of_b ? axis.face_b : axis.face_a, 0), incident = std::max(of_b ? axis.face_a : axis.face_b, 0);
+  const int reference = std::max(of_b ? axis.face_b : axis.face_a, 0),
+            incident = std::max(of_b ? axis.face_a : axis.face_b, 0);
   const Vector3<Real> to_middle = (Real(.5) * (size_a.w - size_b.w)) * normal;
   const auto put = [&](const Kept<Real, FacePoint<Real>>& kept) {
     if (!kept.there) return;
@@ -83,8 +90,8 @@ Manifold<Real> manifold_of(const Placed<Real>& placed, const Pair& pair, const S
 
 }  // namespace
 
-void convex_clip(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<const SeparatingAxis<Real>> axes, Real margin,
-                 std::span<Manifold<Real>> manifolds) {
+void convex_clip(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<const SeparatingAxis<Real>> axes,
+                 Real margin, std::span<Manifold<Real>> manifolds) {
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     manifolds[k] = {};
     manifolds[k].a = pairs[k].a, manifolds[k].b = pairs[k].b;

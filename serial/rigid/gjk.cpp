@@ -52,7 +52,7 @@ int support(Vertices vertices, const Vector& direction) {
 }
 
 struct Corner {
-  int a, b;                // of which vertices
+  int a, b;         // of which vertices
   Vector position;  // b - a, in a's frame
 };
 
@@ -61,7 +61,9 @@ struct Problem {
   Vertices a, b;
   Cores<Number> cores;
 
-  Corner corner(int k, int l) const { return {k, l, vertex_of_b(cores, vector_of(b[l])) - vertex_of_a(cores, vector_of(a[k]))}; }
+  Corner corner(int k, int l) const {
+    return {k, l, vertex_of_b(cores, vector_of(b[l])) - vertex_of_a(cores, vector_of(a[k]))};
+  }
   // The one farthest against v, in a's frame.
   Corner farthest(const Vector& v) const {
     return corner(support(a, direction_in_a(cores, v)), support(b, direction_in_b(cores, -v)));
@@ -71,11 +73,13 @@ struct Problem {
 Problem make_problem(const Placed<Real>& placed, const Pair& pair) {
   const Colliders<Real>& colliders = placed.colliders;
   const Hulls<Real>& hulls = placed.hulls;
-  const auto vertices = [&](int hull) { return Vertices(&hulls.vertex[hulls.first_vertex[hull]], hulls.vertices(hull)); };
+  const auto vertices = [&](int hull) {
+    return Vertices(&hulls.vertex[hulls.first_vertex[hull]], hulls.vertices(hull));
+  };
   const Pose<Real>&a = placed.pose[pair.a], &b = placed.pose[pair.b];
-  return {
-      vertices(colliders.hull[pair.a]), vertices(colliders.hull[pair.b]),
-      make_cores(vector_of(colliders.size[pair.a]), vector_of(colliders.size[pair.b]), a.position, b.position, a.orientation, b.orientation)};
+  return {vertices(colliders.hull[pair.a]), vertices(colliders.hull[pair.b]),
+          make_cores(vector_of(colliders.size[pair.a]), vector_of(colliders.size[pair.b]), a.position, b.position,
+                     a.orientation, b.orientation)};
 }
 
 // From the middle of a to that of b, in a's frame.
@@ -182,7 +186,7 @@ void walk(const Problem& problem, State& state, Index& iterations) {
     const Corner newest = problem.farthest(state.nearest);
     // Ends unless the new corner is beyond the simplex by more than the rounding of a step across: some epsilon of its
     // length.
-    const Vector&v = state.nearest, step = state.corner[0].position - newest.position;
+    const Vector &v = state.nearest, step = state.corner[0].position - newest.position;
     const Number beyond = dot(v, step);
     if (!(beyond > 0 && beyond * beyond > 4 * epsilon * epsilon * (dot(v, v) * dot(step, step)))) break;
     // The corner must be new, and the point not farther by more than its rounding: some epsilon of its terms. Where GJK
@@ -191,8 +195,10 @@ void walk(const Problem& problem, State& state, Index& iterations) {
     const Choice next = nearest(newest, state.corner, state.count);
     const Number farther = next.distance_2 - state.distance_2;
     if (is_known(newest, state) ||
-        (farther > 0 && farther * farther > 16 * epsilon * epsilon * (state.distance_2 * (state.distance_2 + next.longest_2)))) {
-      if (state.distance_2 <= 32 * 32 * epsilon * epsilon * next.longest_2) state.nearest = {0, 0, 0}, state.distance_2 = 0;
+        (farther > 0 &&
+         farther * farther > 16 * epsilon * epsilon * (state.distance_2 * (state.distance_2 + next.longest_2)))) {
+      if (state.distance_2 <= 32 * 32 * epsilon * epsilon * next.longest_2)
+        state.nearest = {0, 0, 0}, state.distance_2 = 0;
       break;
     }
     take(newest, next, state);
@@ -216,7 +222,8 @@ Closest<Real> finish(const Problem& problem, const State& state, Index iteration
 
 }  // namespace
 
-void gjk(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<Simplex> simplex, std::span<Closest<Real>> closest) {
+void gjk(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<Simplex> simplex,
+         std::span<Closest<Real>> closest) {
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const Problem problem = make_problem(placed, pairs[k]);
     Index iterations;

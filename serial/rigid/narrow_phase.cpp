@@ -53,8 +53,12 @@ void narrow_phase(const Placed<Real>& placed, std::span<const Pair> pairs, Real 
   }
 
   std::vector<Manifold<Real>> found(pairs.size());
-  const auto part = [&](auto& of, int from, int to) { return std::span(of).subspan(first[from], first[to] - first[from]); };
-  const auto run = [&](Collide<Real>& kernel, int from, int to) { kernel(placed, part(sorted, from, to), margin, part(found, from, to)); };
+  const auto part = [&](auto& of, int from, int to) {
+    return std::span(of).subspan(first[from], first[to] - first[from]);
+  };
+  const auto run = [&](Collide<Real>& kernel, int from, int to) {
+    kernel(placed, part(sorted, from, to), margin, part(found, from, to));
+  };
   run(spheres, first_of_spheres, first_of_planes);
   run(planes, first_of_planes, first_of_box_box);
   run(box_box, first_of_box_box, first_of_convexes);

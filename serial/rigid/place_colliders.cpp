@@ -8,9 +8,9 @@
 //
 // Source: [LRB08] Figure 5; the turned box, Ericson, Real-Time Collision Detection (2005), 4.2.6. The contract stands
 // in common/rigid/place_colliders.h.
+#include "common/rigid/place_colliders.h"
 #include "common/math.h"
 #include "common/real.h"
-#include "common/rigid/place_colliders.h"
 #include "common/rigid/place.h"
 
 namespace lockstep::rigid::serial {

@@ -28,10 +28,12 @@ std::vector<Plane> planes_of(const Colliders<Real>& colliders, std::span<const P
 
 }  // namespace
 
-void plane_pairs(const Colliders<Real>& colliders, std::span<const Pose<Real>> placed, const Bounds<Real>& bounds, Pairs& pairs) {
+void plane_pairs(const Colliders<Real>& colliders, std::span<const Pose<Real>> placed, const Bounds<Real>& bounds,
+                 Pairs& pairs) {
   const std::vector<Plane> planes = planes_of(colliders, placed);
   const auto touch = [&](const Plane& plane, int i) {
-    return bounds.bounded(i) && plane.group != colliders.group[i] && lowest_corner(bounds.box(i), plane.normal, plane.point) <= 0;
+    return bounds.bounded(i) && plane.group != colliders.group[i] &&
+           lowest_corner(bounds.box(i), plane.normal, plane.point) <= 0;
   };
 
   pairs.clear();

@@ -10,7 +10,8 @@
 
 namespace lockstep::rigid::serial {
 
-void spheres(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, std::span<Manifold<Real>> manifolds) {
+void spheres(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin,
+             std::span<Manifold<Real>> manifolds) {
   const Colliders<Real>& colliders = placed.colliders;
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const auto [a, b] = pairs[k];
@@ -34,8 +35,8 @@ void spheres(const Placed<Real>& placed, std::span<const Pair> pairs, Real margi
       contact.normal = axes * contact.normal;
       contact.position[0] = axes * contact.position[0], contact.position[1] = axes * contact.position[1];
     } else if (form == RoundForm::segments) {
-      contact = contact_of_segments(d, matrix_of(pose_a.orientation).y, size_a.y, matrix_of(pose_b.orientation).y, size_b.y,
-                                    size_a.w, size_b.w);
+      contact = contact_of_segments(d, matrix_of(pose_a.orientation).y, size_a.y, matrix_of(pose_b.orientation).y,
+                                    size_b.y, size_a.w, size_b.w);
     } else {
       contact = contact_of_points(d, size_a.w, size_b.w);
     }

@@ -86,8 +86,8 @@ void sweep(const Bounds<Real>& bounds, std::span<const std::int32_t> group, cons
   for (int k = 0; k < n; ++k)
     for (int j = k + 1; j < n && low[j] <= high[k]; ++j) {
       // & instead of &&: half the candidates pass each test, so branches would be mispredicted.
-      const bool hit = (low_u[j] <= high_u[k]) & (low_u[k] <= high_u[j]) & (low_v[j] <= high_v[k]) &
-                       (low_v[k] <= high_v[j]);
+      const bool hit =
+          (low_u[j] <= high_u[k]) & (low_u[k] <= high_u[j]) & (low_v[j] <= high_v[k]) & (low_v[k] <= high_v[j]);
       if (hit && group[order[k]] != group[order[j]]) add_pair(pairs, make_pair(order[k], order[j]));
     }
   require_contacts_fit(pairs.size(), room);

@@ -21,7 +21,8 @@ Case collide_case(const std::string& path) {
       .serial = [](Cloth<float>& cloth) { serial::collide(cloth); },
       .best_serial = nullptr,
       .openmp = [](Cloth<float>& cloth) { openmp::collide(cloth); },
-      .compare = [start](const auto& openmp, const auto& serial) { return bitwise(openmp, serial, particle_name(*start)); },
+      .compare = [start](const auto& openmp,
+                         const auto& serial) { return bitwise(openmp, serial, particle_name(*start)); },
       .work = {n, "particles", 40 * n, flops * n},  // bytes: both positions and the mass read, one position written
   });
 }

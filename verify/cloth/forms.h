@@ -20,10 +20,12 @@ struct ClothForm {
 
 // The form that `run` takes unless told otherwise is the first that a cloth can have.
 inline const ClothForm cloth_forms[] = {
-    {"chains", false, cloth::serial::relax_chains, cloth::openmp::relax_chains, cloth::serial::step_chains, cloth::openmp::step_chains},
+    {"chains", false, cloth::serial::relax_chains, cloth::openmp::relax_chains, cloth::serial::step_chains,
+     cloth::openmp::step_chains},
     {"colours", false, cloth::serial::relax_colours, cloth::openmp::relax_colours, cloth::serial::step_colours,
      cloth::openmp::step_colours},
-    {"batches", true, cloth::serial::relax_batches, cloth::openmp::relax_batches, cloth::serial::step_batches, cloth::openmp::step_batches},
+    {"batches", true, cloth::serial::relax_batches, cloth::openmp::relax_batches, cloth::serial::step_batches,
+     cloth::openmp::step_batches},
     {"original", true, cloth::serial::relax_original, nullptr, cloth::serial::step_original, nullptr},
 };
 

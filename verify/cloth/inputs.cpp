@@ -51,13 +51,17 @@ ValueName particle_name(const Cloth<float>& cloth) {
 }
 
 double free_particles(const Cloth<float>& cloth) {
-  return std::count_if(cloth.inverse_mass.begin(), cloth.inverse_mass.begin() + cloth.count, [](float w) { return w > 0; });
+  return std::count_if(cloth.inverse_mass.begin(), cloth.inverse_mass.begin() + cloth.count,
+                       [](float w) { return w > 0; });
 }
 double projections(const Cloth<float>& c) { return double(c.constraints.count) * c.model.iterations; }
-double verlet_flops(const Cloth<float>& c) { return 24 * free_particles(c) + (c.model.drag > 0 ? 65. : 0.) * c.triangles.size(); }
+double verlet_flops(const Cloth<float>& c) {
+  return 24 * free_particles(c) + (c.model.drag > 0 ? 65. : 0.) * c.triangles.size();
+}
 
 Scenes scenes_of_sheets(std::vector<std::string> bench) {
-  return {.verify = {"flag_33", "curtain", "sheet_on_sphere", "pulled_edge", "rope", "tiny", "sheet_over_box_and_capsule", "flag_128"},
+  return {.verify = {"flag_33", "curtain", "sheet_on_sphere", "pulled_edge", "rope", "tiny",
+                     "sheet_over_box_and_capsule", "flag_128"},
           .more = {"flag_128_substeps", "flag_256"},
           .bench = std::move(bench),
           .tsan = {"flag_128", "sheet_on_sphere"}};

@@ -15,7 +15,8 @@ namespace lockstep::verify::cloth_inputs {
 struct Inputs {
   cloth::Scene scene;
   std::shared_ptr<const cloth::Cloth<float>> start;  // as the scene says
-  std::shared_ptr<const cloth::Cloth<float>> before_verlet, before_relax, before_collide;  // within the step after the settling
+  // Within the step after the settling.
+  std::shared_ptr<const cloth::Cloth<float>> before_verlet, before_relax, before_collide;
 };
 
 // Made by the serial step. Shared by all kernels.

@@ -1,7 +1,8 @@
-// The game cloth's relaxation, as the verifier and the benchmark see it: bitwise with the serial form of the same order.
+// The game cloth's relaxation, as the verifier and the benchmark see it: bitwise with the serial form of the same
+// order.
 //
-// What the order itself costs is asked in forms of their own, `chains_for_original` and so on: how many iterations a form takes
-// to leave no more of the residual than the original order leaves.
+// What the order itself costs is asked in forms of their own, `chains_for_original` and so on: how many iterations a
+// form takes to leave no more of the residual than the original order leaves.
 #include "common/cloth/relax.h"
 
 #include <algorithm>
@@ -20,8 +21,9 @@ namespace {
 using namespace cloth;
 using namespace cloth_inputs;
 
-// The share of lanes that hold a constraint. Along a row, colours take 2 G particles at a time, of which G lanes each hold one
-// of a pair; of 32 particles at the end of a row, only those that are there. Chains along rows run sixteen rows at a time.
+// The share of lanes that hold a constraint. Along a row, colours take 2 G particles at a time, of which G lanes each
+// hold one of a pair; of 32 particles at the end of a row, only those that are there. Chains along rows run sixteen
+// rows at a time.
 double lane_use(const Cloth<float>& cloth, const std::string& form) {
   std::vector<int> lengths;
   const Sheet& sheet = cloth.sheet;
@@ -39,7 +41,8 @@ double lane_use(const Cloth<float>& cloth, const std::string& form) {
     } else if (form == "chains") {
       add(double(n) * sheet.rows, n * std::ceil(double(sheet.rows) / lanes));
     } else {
-      for (const int colour : {0, 1}) add(0, sheet.rows * std::ceil(double(sheet.columns - colour * right) / (2 * lanes)));
+      for (const int colour : {0, 1})
+        add(0, sheet.rows * std::ceil(double(sheet.columns - colour * right) / (2 * lanes)));
       used += double(n) * sheet.rows;
     }
   }
@@ -53,7 +56,9 @@ Work work_of(const Cloth<float>& start) {
 Case relax_case(const std::string& path, const ClothForm& form) {
   const auto in = inputs(path);
   const auto start = in->before_relax;
-  const auto with = [](Relax<float>* relax) { return [relax](Cloth<float>& cloth) { relax(cloth, cloth.model.iterations); }; };
+  const auto with = [](Relax<float>* relax) {
+    return [relax](Cloth<float>& cloth) { relax(cloth, cloth.model.iterations); };
+  };
   Work work = work_of(*start);
   work.lane_use = lane_use(*start, form.name);
   return make_case<Cloth<float>>({
@@ -61,15 +66,17 @@ Case relax_case(const std::string& path, const ClothForm& form) {
       .serial = with(form.serial_relax),
       .best_serial = with(serial::relax_original),
       .openmp = with(form.openmp_relax),
-      .compare = [start](const auto& openmp, const auto& serial) { return bitwise(openmp, serial, particle_name(*start)); },
+      .compare = [start](const auto& openmp,
+                         const auto& serial) { return bitwise(openmp, serial, particle_name(*start)); },
       .work = work,
   });
 }
 
-// Whether a form leaves no more of the residual than the original order does, and how many more iterations that takes. Timed
-// are the runs that leave the same.
+// Whether a form leaves no more of the residual than the original order does, and how many more iterations that takes.
+// Timed are the runs that leave the same.
 Case convergence_case(const std::string& path, const ClothForm& form) {
-  constexpr int most_times = 20;  // the iterations of the original order; a form that stalls above its residual stops there, and fails
+  // The iterations of the original order; a form that stalls above its residual stops there, and fails.
+  constexpr int most_times = 20;
   struct State {
     std::shared_ptr<const Inputs> in;
     double target = 0, left = 0;
@@ -91,10 +98,13 @@ Case convergence_case(const std::string& path, const ClothForm& form) {
       .judge =
           [s, iterations] {
             char text[120];
-            std::snprintf(text, sizeof text, "%d iterations for the original order's %d: %.2f times", s->needed, iterations,
-                          double(s->needed) / iterations);
-            return Judgement{
-                .verdict = Verdict::converged, .passed = s->left <= s->target, .error = s->left, .bound = s->target, .worst_at = text};
+            std::snprintf(text, sizeof text, "%d iterations for the original order's %d: %.2f times", s->needed,
+                          iterations, double(s->needed) / iterations);
+            return Judgement{.verdict = Verdict::converged,
+                             .passed = s->left <= s->target,
+                             .error = s->left,
+                             .bound = s->target,
+                             .worst_at = text};
           },
       .hash = [s] { return hash_bytes(std::span<const double>(&s->left, 1)); },
       .work = work_of(start),
@@ -108,7 +118,10 @@ std::vector<Form> forms() {
     const auto takes = form.for_meshes ? nullptr : is_sheet;
     const Scenes scenes =
         form.for_meshes ? scenes_of_all({"flag_128", "garment"}) : scenes_of_sheets({"flag_128", "flag_256"});
-    Scenes short_runs = {.verify = {"flag_33", "curtain", "sheet_on_sphere", "pulled_edge", "rope"}, .more = {}, .bench = {}, .tsan = {}};
+    Scenes short_runs = {.verify = {"flag_33", "curtain", "sheet_on_sphere", "pulled_edge", "rope"},
+                         .more = {},
+                         .bench = {},
+                         .tsan = {}};
     if (form.for_meshes) short_runs.verify.insert(short_runs.verify.end(), {"garment", "napkin"});
     all.push_back({.name = form.name,
                    .make = [form](const std::string& path) { return relax_case(path, form); },

@@ -86,12 +86,14 @@ void check_run(Judgement& judgement, const Scene& scene, const Cloth<float>& exp
     step(cloth);
     if (const std::string fault = first_not_finite(cloth, of_element("particle")); !fault.empty()) fail(fault, frame);
     if (const Deepest deepest = deepest_inside(scene.bodies, cloth); deepest.depth > 0)
-      fail("particle " + std::to_string(deepest.particle) + " is " + std::to_string(deepest.depth) + " m inside a body", frame);
+      fail("particle " + std::to_string(deepest.particle) + " is " + std::to_string(deepest.depth) + " m inside a body",
+           frame);
   }
   if (!judgement.passed) return;
-  same_bits(judgement, cloth, expected, [name = of_element("particle")](const auto& array, std::size_t i, const auto& field) {
-    return name(array, i, field) + " after the run";
-  });
+  same_bits(judgement, cloth, expected,
+            [name = of_element("particle")](const auto& array, std::size_t i, const auto& field) {
+              return name(array, i, field) + " after the run";
+            });
 }
 
 }  // namespace lockstep::verify

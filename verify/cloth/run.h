@@ -13,11 +13,13 @@
 namespace lockstep::verify {
 
 // The last state of the serial run of a scene, as many steps as it says. Made once for a scene and form.
-std::shared_ptr<const cloth::Cloth<float>> serial_run(const cloth::Scene& scene, const std::string& form, cloth::Step<float>* step);
+std::shared_ptr<const cloth::Cloth<float>> serial_run(const cloth::Scene& scene, const std::string& form,
+                                                      cloth::Step<float>* step);
 
-// Asserts of a run of `step` from the scene's start that after every step every number is finite and no particle that moves is inside
-// a body, and that the last state has the bits of the serial run's.
-void check_run(Judgement& judgement, const cloth::Scene& scene, const cloth::Cloth<float>& expected, cloth::Step<float>* step);
+// Asserts of a run of `step` from the scene's start that after every step every number is finite and no particle that
+// moves is inside a body, and that the last state has the bits of the serial run's.
+void check_run(Judgement& judgement, const cloth::Scene& scene, const cloth::Cloth<float>& expected,
+               cloth::Step<float>* step);
 
 // How deep the deepest particle that moves is inside a body, without thickness; 0 where none is. In double.
 struct Deepest {
@@ -26,8 +28,8 @@ struct Deepest {
 };
 Deepest deepest_inside(const cloth::Bodies<double>& bodies, const cloth::Cloth<float>& cloth);
 
-// What n iterations a substep leave of the residual: on average over the second half of 60 steps of the scene. A scene without
-// gravity is one problem of relaxation, and has one answer: after n iterations from its start.
+// What n iterations a substep leave of the residual: on average over the second half of 60 steps of the scene. A scene
+// without gravity is one problem of relaxation, and has one answer: after n iterations from its start.
 double residual_left(const cloth::Cloth<float>& start, cloth::Relax<float>* relax, int n);
 
 }  // namespace lockstep::verify

@@ -1,5 +1,5 @@
-// The game cloth's whole step, as the verifier and the benchmark see it: bitwise for one step and for a whole run, whose every
-// step is also asked what verify/cloth/run.h says. Timed is one step.
+// The game cloth's whole step, as the verifier and the benchmark see it: bitwise for one step and for a whole run,
+// whose every step is also asked what verify/cloth/run.h says. Timed is one step.
 #include "common/cloth/step.h"
 
 #include "verify/cloth/forms.h"
@@ -37,10 +37,11 @@ std::vector<Form> forms() {
   std::vector<Form> all;
   for (const ClothForm& form : cloth_forms)
     if (form.openmp_step)
-      all.push_back({.name = form.name,
-                     .make = [form](const std::string& path) { return step_case(path, form); },
-                     .scenes = form.for_meshes ? scenes_of_all({"garment"}) : scenes_of_sheets({"flag_128", "flag_128_substeps"}),
-                     .takes = form.for_meshes ? nullptr : is_sheet});
+      all.push_back(
+          {.name = form.name,
+           .make = [form](const std::string& path) { return step_case(path, form); },
+           .scenes = form.for_meshes ? scenes_of_all({"garment"}) : scenes_of_sheets({"flag_128", "flag_128_substeps"}),
+           .takes = form.for_meshes ? nullptr : is_sheet});
   return all;
 }
 

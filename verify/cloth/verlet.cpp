@@ -19,12 +19,16 @@ Case verlet_case(const std::string& path) {
       .serial = [](Cloth<float>& cloth) { serial::verlet(cloth); },
       .best_serial = nullptr,
       .openmp = [](Cloth<float>& cloth) { openmp::verlet(cloth); },
-      .compare = [start](const auto& openmp, const auto& serial) { return bitwise(openmp, serial, particle_name(*start)); },
-      .work = {n, "particles", 52 * n, verlet_flops(*start)},  // bytes: both positions and the mass read, both positions written
+      .compare = [start](const auto& openmp,
+                         const auto& serial) { return bitwise(openmp, serial, particle_name(*start)); },
+      // Bytes: both positions and the mass read, both positions written.
+      .work = {n, "particles", 52 * n, verlet_flops(*start)},
   });
 }
 
-const Register verlet{{.name = "cloth/verlet", .place = 1, .forms = {{.make = verlet_case, .scenes = scenes_of_all({"flag_128", "garment"})}}}};
+const Register verlet{{.name = "cloth/verlet",
+                       .place = 1,
+                       .forms = {{.make = verlet_case, .scenes = scenes_of_all({"flag_128", "garment"})}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

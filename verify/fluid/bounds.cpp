@@ -49,7 +49,8 @@ std::vector<double> density_rounding(const Fluid<double>& truth, std::span<const
   return rounding;
 }
 
-Vectors<double> force_rounding(const Fluid<double>& truth, std::span<const double> density, std::span<const double> density_error) {
+Vectors<double> force_rounding(const Fluid<double>& truth, std::span<const double> density,
+                               std::span<const double> density_error) {
   const Model<double>& model = truth.model;
   const Vectors<double>& v = truth.particles.velocity;
   const int count = truth.particles.count;
@@ -62,9 +63,11 @@ Vectors<double> force_rounding(const Fluid<double>& truth, std::span<const doubl
   for_each_neighbour(truth, [&](int i, int j, double dx, double dy, double dz, double r2) {
     if (i == j) return;
     terms[i] += 1;
-    const double h = model.smoothing_length, distance = std::sqrt(std::max(r2, model.min_distance_2)), overlap = h - distance;
+    const double h = model.smoothing_length, distance = std::sqrt(std::max(r2, model.min_distance_2)),
+                 overlap = h - distance;
     const double scale = overlap / (density[i] * density[j]);
-    const double slope = model.pressure_coefficient * scale * overlap / distance;  // of the pressure in the sum of the densities
+    // Of the pressure in the sum of the densities.
+    const double slope = model.pressure_coefficient * scale * overlap / distance;
     const double pressure = std::abs(slope * (density[i] + density[j] - model.twice_rest_density));
     const double viscosity = model.viscosity_coefficient * scale;
     const double relative = density_error[i] / density[i] + density_error[j] / density[j];
@@ -93,12 +96,13 @@ double lattice_density(const Model<double>& model, double spacing) {
 }
 
 double lattice_density_rounding(const Model<double>& model, double spacing, double reach) {
-  // A coordinate is off by u reach, a difference of two by twice that, r^2 by 2 r times sqrt(3) times that; in float r^2 and
-  // h^2 - r^2 round by at most 4 u h^2 more. What that does to a term t^3 is 3 t^2 times it.
+  // A coordinate is off by u reach, a difference of two by twice that, r^2 by 2 r times sqrt(3) times that; in float
+  // r^2 and h^2 - r^2 round by at most 4 u h^2 more. What that does to a term t^3 is 3 t^2 times it.
   double through_positions = 0, terms = 0;
   for_each_lattice_point(model, spacing, [&](double r2) {
     const double t = model.smoothing_length_2 - r2;
-    const double error = 2 * std::sqrt(r2) * std::sqrt(3.) * 2 * unit_roundoff * reach + 4 * unit_roundoff * model.smoothing_length_2;
+    const double error =
+        2 * std::sqrt(r2) * std::sqrt(3.) * 2 * unit_roundoff * reach + 4 * unit_roundoff * model.smoothing_length_2;
     through_positions += 3 * t * t * error;
     terms += 1;
   });

@@ -33,12 +33,14 @@ Case collisions_case(const std::string& path) {
       .serial = with(serial::collisions),
       .best_serial = nullptr,
       .openmp = with(openmp::collisions),
-      .compare = [in](const State& openmp, const State& serial) { return bitwise(openmp, serial, particle_value_name(*in)); },
+      .compare = [in](const State& openmp,
+                      const State& serial) { return bitwise(openmp, serial, particle_value_name(*in)); },
       .work = {n, "particles", 60 * n, 3 * 16 * n, lanes_in_use(std::array{n})},
   });
 }
 
-const Register collisions{{.name = "fluid/collisions", .place = 4, .forms = {{.make = collisions_case, .scenes = scenes_with()}}}};
+const Register collisions{
+    {.name = "fluid/collisions", .place = 4, .forms = {{.make = collisions_case, .scenes = scenes_with()}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

@@ -1,5 +1,5 @@
-// The game fluid's densities, as the verifier and the benchmark see them: bounded by the double truth, and the lists of neighbours
-// bitwise. notes/fluid.md derives the bound.
+// The game fluid's densities, as the verifier and the benchmark see them: bounded by the double truth, and the lists of
+// neighbours bitwise. notes/fluid.md derives the bound.
 #include "common/fluid/densities.h"
 
 #include <algorithm>
@@ -39,11 +39,13 @@ void restore(State& now, const State& start) {
 }
 
 // Asserts of the lists of neighbours that densities leave for the forces: the same ones, in the same order.
-void same_lists(Judgement& judgement, const Inputs& in, const Neighbours<float>& openmp, const Neighbours<float>& serial) {
+void same_lists(Judgement& judgement, const Inputs& in, const Neighbours<float>& openmp,
+                const Neighbours<float>& serial) {
   const Grid<float>& grid = in.fluid.grid;
   const int count = in.fluid.particles.count;
   Judgement lists{.verdict = Verdict::bitwise, .worst_at = ""};
-  same_bits(lists, std::span(openmp.end.data(), count), std::span(serial.end.data(), count), particle_name(in, "end of the list"));
+  same_bits(lists, std::span(openmp.end.data(), count), std::span(serial.end.data(), count),
+            particle_name(in, "end of the list"));
   const auto same = [&](const auto& of_openmp, const auto& of_serial, const Run& run, const std::string& where) {
     if (!lists.passed || of_serial.empty() || run.begin == run.end) return;
     const std::size_t n = serial.end[run.end - 1];
@@ -66,7 +68,8 @@ void same_lists(Judgement& judgement, const Inputs& in, const Neighbours<float>&
   judgement.worst_at = lists.worst_at;
 }
 
-// How many candidates each particle is tested against in vectors of their own; none for the forms that test them where they are.
+// How many candidates each particle is tested against in vectors of their own; none for the forms that test them where
+// they are.
 std::vector<int> numbers_of_candidates(const Fluid<float>& fluid, Densities<float>* form) {
   const bool pairs = form == openmp::densities_pair_lists;
   if (!pairs && form != openmp::densities_owner_gather) return {};
@@ -80,7 +83,8 @@ std::vector<int> numbers_of_candidates(const Fluid<float>& fluid, Densities<floa
       for (int x = 0; x < grid.x.cells; x += block) {
         const Run own = row_run(grid, x, x + block - 1, y, z);
         if (pairs)
-          candidates.pack_near(own, forward_runs(grid, x, x + block - 1, y, z), position, fluid.model.smoothing_length_2);
+          candidates.pack_near(own, forward_runs(grid, x, x + block - 1, y, z), position,
+                               fluid.model.smoothing_length_2);
         else
           candidates.pack(neighbour_runs(grid, x, y, z), position);
         numbers.insert(numbers.end(), own.end - own.begin, candidates.count);
@@ -97,7 +101,8 @@ Case densities_case(const std::string& path, Densities<float>* twin, Densities<f
   poison(*start);
   Densities<float>* best = serial::densities_symmetric;
   const auto with = [in](Densities<float>* form) -> std::function<void(State&)> {
-    return [in, form](State& s) { form(in->fluid.model, in->fluid.grid, in->fluid.particles, s.neighbours, s.density); };
+    return
+        [in, form](State& s) { form(in->fluid.model, in->fluid.grid, in->fluid.particles, s.neighbours, s.density); };
   };
   return make_case<State>({
       .start = start,
@@ -107,13 +112,14 @@ Case densities_case(const std::string& path, Densities<float>* twin, Densities<f
       .compare =
           [in](const State& openmp, const State& serial) {
             Judgement judgement{.verdict = Verdict::bounded, .worst_at = ""};
-            within_bound(judgement, first(openmp.density, openmp.count), first(serial.density, serial.count), in->true_density,
-                         in->density_rounding, particle_name(*in, "density"));
+            within_bound(judgement, first(openmp.density, openmp.count), first(serial.density, serial.count),
+                         in->true_density, in->density_rounding, particle_name(*in, "density"));
             same_lists(judgement, *in, openmp.neighbours, serial.neighbours);
             if (in->scene.holds.lattice_density) check_lattice_density(judgement, in->truth, openmp.density);
             return judgement;
           },
-      .work = {n, "particles", 16 * n, 8 * in->tested_pairs + 5 * in->near_pairs, lanes_in_use(numbers_of_candidates(f, openmp))},
+      .work = {n, "particles", 16 * n, 8 * in->tested_pairs + 5 * in->near_pairs,
+               lanes_in_use(numbers_of_candidates(f, openmp))},
       .restore = restore,
   });
 }
@@ -125,13 +131,14 @@ Form form(const char* name, bool order_dependent, Densities<float>* twin, Densit
           .order_dependent = order_dependent};
 }
 
-const Register densities{{.name = "fluid/densities",
-                          .place = 2,
-                          .serial_forms = {"symmetric", "owner_gather", "pair_lists"},
-                          .forms = {form("owner_gather", false, serial::densities_owner_gather, openmp::densities_owner_gather),
-                                    form("pair_lists", false, serial::densities_pair_lists, openmp::densities_pair_lists),
-                                    form("sub_grid", true, serial::densities_symmetric, openmp::densities_sub_grid),
-                                    form("cell_locks", true, serial::densities_symmetric, openmp::densities_cell_locks)}}};
+const Register densities{
+    {.name = "fluid/densities",
+     .place = 2,
+     .serial_forms = {"symmetric", "owner_gather", "pair_lists"},
+     .forms = {form("owner_gather", false, serial::densities_owner_gather, openmp::densities_owner_gather),
+               form("pair_lists", false, serial::densities_pair_lists, openmp::densities_pair_lists),
+               form("sub_grid", true, serial::densities_symmetric, openmp::densities_sub_grid),
+               form("cell_locks", true, serial::densities_symmetric, openmp::densities_cell_locks)}}};
 
 }  // namespace
 }  // namespace lockstep::verify

@@ -19,8 +19,10 @@ bool finite(const Vector3<float>& v) { return std::isfinite(v.x) && std::isfinit
 
 Simulation simulation(const RunOptions& options) {
   fluid::Scene scene = fluid::load_scene(options.scene);
-  const StepForm& form = find_form(step_forms, options.form, [&](const StepForm& f) { return f.variant == options.variant; });
-  auto state = std::make_shared<fluid::Fluid<float>>(fluid::make_fluid(fluid::convert<float>(scene.model), std::move(scene.particles)));
+  const StepForm& form =
+      find_form(step_forms, options.form, [&](const StepForm& f) { return f.variant == options.variant; });
+  auto state = std::make_shared<fluid::Fluid<float>>(
+      fluid::make_fluid(fluid::convert<float>(scene.model), std::move(scene.particles)));
   auto is_start = std::make_shared<bool>(true);
   const fluid::Particles<float>& p = state->particles;
   return {
@@ -35,7 +37,8 @@ Simulation simulation(const RunOptions& options) {
             // The densities of the start, for ParaView's colours, are the one thing it does not have yet.
             if (*is_start) {
               fluid::serial::rebuild_grid(state->grid, state->particles, state->sorted);
-              fluid::serial::densities_symmetric(state->model, state->grid, state->particles, state->neighbours, state->density);
+              fluid::serial::densities_symmetric(state->model, state->grid, state->particles, state->neighbours,
+                                                 state->density);
             }
             fluid::write_vtk(path, state->particles, {state->density.data(), std::size_t(state->particles.count)});
           },
@@ -47,16 +50,20 @@ Simulation simulation(const RunOptions& options) {
           [state] {
             const fluid::Model<float>& model = state->model;
             const fluid::Particles<float>& p = state->particles;
-            // Walls push back, from the step after the one in which a particle came through: it is out by no more than what they give way
-            // and what it moves in a step.
-            const auto within = [&](float x, float least, float most, float give) { return x >= least - give && x <= most + give; };
+            // Walls push back, from the step after the one in which a particle came through: it is out by no more than
+            // what they give way and what it moves in a step.
+            const auto within = [&](float x, float least, float most, float give) {
+              return x >= least - give && x <= most + give;
+            };
             return first_fault("particle ", p.count, " is not finite or through a wall", [&](int i) {
               const Vectors<float>&x = p.position, &v = p.velocity, &half = p.half_velocity;
               const Vector3<float> move = model.time_step * Vector3<float>{half.x[i], half.y[i], half.z[i]};
-              const float give = model.walls ? model.smoothing_length + std::sqrt(dot(move, move)) : std::numeric_limits<float>::max();
+              const float give =
+                  model.walls ? model.smoothing_length + std::sqrt(dot(move, move)) : std::numeric_limits<float>::max();
               return within(x.x[i], model.domain_min.x, model.domain_max.x, give) &&
                      within(x.y[i], model.domain_min.y, model.domain_max.y, give) &&
-                     within(x.z[i], model.domain_min.z, model.domain_max.z, give) && finite(move) && finite({v.x[i], v.y[i], v.z[i]});
+                     within(x.z[i], model.domain_min.z, model.domain_max.z, give) && finite(move) &&
+                     finite({v.x[i], v.y[i], v.z[i]});
             });
           },
       .summary = nullptr,

@@ -1,4 +1,5 @@
-// The game fluid's forces, as the verifier and the benchmark see them: bounded by the double truth. notes/fluid.md derives the bound.
+// The game fluid's forces, as the verifier and the benchmark see them: bounded by the double truth. notes/fluid.md
+// derives the bound.
 #include "common/fluid/forces.h"
 
 #include <algorithm>
@@ -26,7 +27,8 @@ void for_each_array(S& state, const F& f) {
   f("acceleration", state.acceleration, state.count);
 }
 
-// How long the lists are that start in a vector of their own: a particle's of the owner-gather lists, a row's of the pair lists.
+// How long the lists are that start in a vector of their own: a particle's of the owner-gather lists, a row's of the
+// pair lists.
 std::vector<int> lengths_of_lists(const Grid<float>& grid, const Neighbours<float>& neighbours) {
   std::vector<int> lengths;
   for (int z = 0; z < grid.z.cells; ++z)
@@ -37,7 +39,8 @@ std::vector<int> lengths_of_lists(const Grid<float>& grid, const Neighbours<floa
         lengths.push_back(neighbours.end[row.end - 1] - of_plane);
         of_plane = neighbours.end[row.end - 1];
       } else {
-        for (int i = row.begin, begin = 0; i < row.end; begin = neighbours.end[i++]) lengths.push_back(neighbours.end[i] - begin);
+        for (int i = row.begin, begin = 0; i < row.end; begin = neighbours.end[i++])
+          lengths.push_back(neighbours.end[i] - begin);
       }
     }
   return lengths;
@@ -61,7 +64,8 @@ Case forces_case(const std::string& path, Densities<float>* lists, Forces<float>
   const auto truth = std::make_shared<Truth>();
   Fluid<double> fluid = in->truth;
   truth->acceleration.resize(count);
-  serial::forces_symmetric(fluid.model, fluid.grid, fluid.particles, fluid.neighbours, fluid.density, truth->acceleration);
+  serial::forces_symmetric(fluid.model, fluid.grid, fluid.particles, fluid.neighbours, fluid.density,
+                           truth->acceleration);
   truth->rounding = force_rounding(fluid, fluid.density, std::vector<double>(count, 0));
 
   Forces<float>* best = serial::forces_symmetric;
@@ -78,7 +82,8 @@ Case forces_case(const std::string& path, Densities<float>* lists, Forces<float>
       .compare =
           [in, truth, count](const State& openmp, const State& serial) {
             Judgement judgement{.verdict = Verdict::bounded, .worst_at = ""};
-            const auto axis = [&](const char* what, Array<float> Vectors<float>::*k, Array<double> Vectors<double>::*of_truth) {
+            const auto axis = [&](const char* what, Array<float> Vectors<float>::*k,
+                                  Array<double> Vectors<double>::*of_truth) {
               within_bound(judgement, first(openmp.acceleration.*k, count), first(serial.acceleration.*k, count),
                            first(truth->acceleration.*of_truth, count), first(truth->rounding.*of_truth, count),
                            particle_name(*in, what));
@@ -109,10 +114,12 @@ const Register forces{
     {.name = "fluid/forces",
      .place = 3,
      .serial_forms = {"symmetric", "owner_gather", "pair_lists"},
-     .forms = {form("owner_gather", false, serial::densities_owner_gather, serial::forces_owner_gather, openmp::forces_owner_gather),
-               form("pair_lists", false, serial::densities_pair_lists, serial::forces_pair_lists, openmp::forces_pair_lists),
-               form("sub_grid", true, nullptr, serial::forces_symmetric, openmp::forces_sub_grid),
-               form("cell_locks", true, nullptr, serial::forces_symmetric, openmp::forces_cell_locks)}}};
+     .forms = {
+         form("owner_gather", false, serial::densities_owner_gather, serial::forces_owner_gather,
+              openmp::forces_owner_gather),
+         form("pair_lists", false, serial::densities_pair_lists, serial::forces_pair_lists, openmp::forces_pair_lists),
+         form("sub_grid", true, nullptr, serial::forces_symmetric, openmp::forces_sub_grid),
+         form("cell_locks", true, nullptr, serial::forces_symmetric, openmp::forces_cell_locks)}}};
 
 }  // namespace
 }  // namespace lockstep::verify

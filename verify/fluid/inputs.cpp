@@ -18,8 +18,9 @@ using namespace fluid;
 
 namespace {
 
-// Frames before kernels are compared: particles have left their lattice and meet walls; or what was shot is still under way, and some
-// of it beyond a wall: splash hits one in its 12th frame and one in its 13th, at up to two cells and more a frame.
+// Frames before kernels are compared: particles have left their lattice and meet walls; or what was shot is still under
+// way, and some of it beyond a wall: splash hits one in its 12th frame and one in its 13th, at up to two cells and more
+// a frame.
 constexpr int settling_frames = 40, frames_of_a_shot = 13;
 
 int frames_before(const Scene& scene) {
@@ -84,8 +85,8 @@ ElementName particle_name(const Inputs& in, const std::string& what) {
   return [&in, what](std::size_t i) {
     const auto& p = in.fluid.particles;
     char text[160];
-    std::snprintf(text, sizeof text, "%s of particle %d at (%.4g %.4g %.4g)", what.c_str(), p.id[i], p.position.x[i], p.position.y[i],
-                  p.position.z[i]);
+    std::snprintf(text, sizeof text, "%s of particle %d at (%.4g %.4g %.4g)", what.c_str(), p.id[i], p.position.x[i],
+                  p.position.y[i], p.position.z[i]);
     return std::string(text);
   };
 }
@@ -97,10 +98,11 @@ ValueName particle_value_name(const Inputs& in) {
 }
 
 Scenes scenes_with(std::vector<std::string> bench) {
-  return {.verify = {"dam_break_5k", "lattice_5k", "splash", "clump", "single", "adrift", "lattice_35k", "dam_break_100k"},
-          .more = {"dam_break_35k", "lattice_100k", "dam_break_500k", "lattice_500k"},
-          .bench = std::move(bench),
-          .tsan = {"dam_break_5k", "clump"}};
+  return {
+      .verify = {"dam_break_5k", "lattice_5k", "splash", "clump", "single", "adrift", "lattice_35k", "dam_break_100k"},
+      .more = {"dam_break_35k", "lattice_100k", "dam_break_500k", "lattice_500k"},
+      .bench = std::move(bench),
+      .tsan = {"dam_break_5k", "clump"}};
 }
 
 }  // namespace lockstep::verify::fluid_inputs

@@ -30,7 +30,9 @@ std::shared_ptr<const Inputs> inputs(const std::string& path);
 
 // The elements that count, without the padding.
 inline std::span<const float> first(const Array<float>& array, int count) { return {array.data(), std::size_t(count)}; }
-inline std::span<const double> first(const Array<double>& array, int count) { return {array.data(), std::size_t(count)}; }
+inline std::span<const double> first(const Array<double>& array, int count) {
+  return {array.data(), std::size_t(count)};
+}
 
 // Names a particle by its id and place: "density of particle 12 at (...)". `in` must outlive what is returned.
 ElementName particle_name(const Inputs& in, const std::string& what);

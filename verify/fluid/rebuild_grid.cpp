@@ -41,7 +41,8 @@ Case rebuild_grid_case(const std::string& path, RebuildGrid<float>* openmp) {
 }
 
 Form form(const char* name, RebuildGrid<float>* openmp) {
-  return {.name = name, .make = [openmp](auto& path) { return rebuild_grid_case(path, openmp); }, .scenes = scenes_with()};
+  return {
+      .name = name, .make = [openmp](auto& path) { return rebuild_grid_case(path, openmp); }, .scenes = scenes_with()};
 }
 
 const Register rebuild_grid{{.name = "fluid/rebuild_grid",

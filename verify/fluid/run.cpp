@@ -15,8 +15,8 @@ namespace lockstep::verify {
 namespace {
 
 using namespace fluid;
-
-constexpr double particle_frames = 1e6;  // how long a free run is: enough frames for chaos to show, few enough to wait for
+// How long a free run is: enough frames for chaos to show, few enough to wait for.
+constexpr double particle_frames = 1e6;
 constexpr int max_free_frames = 200;
 
 std::vector<float> state_by_id(const Particles<float>& p) {
@@ -35,14 +35,17 @@ struct Distance {
 
 Distance distance(const std::vector<float>& a, const std::vector<float>& b) {
   double positions = 0, velocities = 0;
-  for (std::size_t k = 0; k < a.size(); ++k) (k % 6 < 3 ? positions : velocities) += (double(a[k]) - b[k]) * (double(a[k]) - b[k]);
+  for (std::size_t k = 0; k < a.size(); ++k)
+    (k % 6 < 3 ? positions : velocities) += (double(a[k]) - b[k]) * (double(a[k]) - b[k]);
   const double count = std::max<double>(a.size() / 6, 1);
   return {std::sqrt(positions / count), std::sqrt(velocities / count)};
 }
 
 double particle_mass(const Model<float>& model) { return 1000 / std::pow(double(model.particles_per_metre), 3); }
 
-std::string frame_name(const char* what, std::size_t frame) { return std::string(what) + " after frame " + std::to_string(frame + 1); }
+std::string frame_name(const char* what, std::size_t frame) {
+  return std::string(what) + " after frame " + std::to_string(frame + 1);
+}
 
 // A fact that holds or does not: what it is, what was found and what was allowed.
 void check(Judgement& judgement, bool holds, const std::string& what, double found, double allowed) {
@@ -60,8 +63,8 @@ double energy(const Fluid<float>& fluid) {
   for (int i = 0; i < p.count; ++i) {
     const double vx = p.velocity.x[i], vy = p.velocity.y[i], vz = p.velocity.z[i];
     sum += .5 * (vx * vx + vy * vy + vz * vz);
-    sum -=
-        double(g.x) * (p.position.x[i] - floor.x) + double(g.y) * (p.position.y[i] - floor.y) + double(g.z) * (p.position.z[i] - floor.z);
+    sum -= double(g.x) * (p.position.x[i] - floor.x) + double(g.y) * (p.position.y[i] - floor.y) +
+           double(g.z) * (p.position.z[i] - floor.z);
   }
   return particle_mass(fluid.model) * sum;
 }
@@ -70,14 +73,17 @@ bool inside_domain(const Fluid<float>& fluid) {
   const Vectors<float>& p = fluid.particles.position;
   const Vector3<float>&low = fluid.model.domain_min, &high = fluid.model.domain_max;
   for (int i = 0; i < fluid.particles.count; ++i)
-    if (!(p.x[i] >= low.x && p.x[i] <= high.x && p.y[i] >= low.y && p.y[i] <= high.y && p.z[i] >= low.z && p.z[i] <= high.z)) return false;
+    if (!(p.x[i] >= low.x && p.x[i] <= high.x && p.y[i] >= low.y && p.y[i] <= high.y && p.z[i] >= low.z &&
+          p.z[i] <= high.z))
+      return false;
   return true;
 }
 
 Vector3<double> momentum(const Fluid<float>& fluid) {
   const Particles<float>& p = fluid.particles;
   Vector3<double> sum = {0, 0, 0};
-  for (int i = 0; i < p.count; ++i) sum.x += p.half_velocity.x[i], sum.y += p.half_velocity.y[i], sum.z += p.half_velocity.z[i];
+  for (int i = 0; i < p.count; ++i)
+    sum.x += p.half_velocity.x[i], sum.y += p.half_velocity.y[i], sum.z += p.half_velocity.z[i];
   const double mass = particle_mass(fluid.model);
   return {mass * sum.x, mass * sum.y, mass * sum.z};
 }
@@ -135,25 +141,29 @@ FreeRuns run_freely(const Fluid<float>& start, int scene_frames) {
   const double total_mass = particle_mass(start.model) * start.particles.count;
   for (FreeRuns::Frame& frame : runs.frames) {
     const double speed = distance(frame.serial, std::vector<float>(frame.serial.size(), 0)).velocities;
-    frame.energy = total_mass * (speed * frame.velocities + .5 * frame.velocities * frame.velocities + weight * frame.positions);
+    frame.energy =
+        total_mass * (speed * frame.velocities + .5 * frame.velocities * frame.velocities + weight * frame.positions);
   }
   const double forgotten = .01 * start.model.smoothing_length;
-  runs.comparable = std::ranges::find_if(runs.frames, [&](const auto& frame) { return frame.positions > forgotten; }) - runs.frames.begin();
+  runs.comparable = std::ranges::find_if(runs.frames, [&](const auto& frame) { return frame.positions > forgotten; }) -
+                    runs.frames.begin();
   return runs;
 }
 
-void check_one_step(Judgement& judgement, const Fluid<float>& start, const Fluid<float>& openmp, const Fluid<float>& serial) {
+void check_one_step(Judgement& judgement, const Fluid<float>& start, const Fluid<float>& openmp,
+                    const Fluid<float>& serial) {
   const int count = start.particles.count;
   Fluid<double> truth = convert<double>(start);
   serial::step_symmetric(truth);  // leaves the densities and accelerations of the step's start behind
 
-  // The rounding of a step: densities within the bound of their sums, the accelerations that follow from them, and three
-  // roundings on the way to half_velocity and position. Found in the truth's own order, at the step's start.
+  // The rounding of a step: densities within the bound of their sums, the accelerations that follow from them, and
+  // three roundings on the way to half_velocity and position. Found in the truth's own order, at the step's start.
   Fluid<double> before = convert<double>(start);
   serial::rebuild_grid(before.grid, before.particles, before.sorted);
   const std::span<const double> density(truth.density.data(), count);
   std::vector<double> density_error = density_rounding(before, density);
-  for (double& error : density_error) error *= 3;  // n u density each for serial and openmp, and for serial once more by the factor 2
+  // N u density each for serial and openmp, and for serial once more by the factor 2.
+  for (double& error : density_error) error *= 3;
   const Vectors<double> a_error = force_rounding(before, density, density_error);
 
   const std::vector<int> in_truth = id_order(truth.particles), in_openmp = id_order(openmp.particles),
@@ -165,8 +175,10 @@ void check_one_step(Judgement& judgement, const Fluid<float>& start, const Fluid
     for (int id = 0; id < count; ++id) {
       const int k = in_truth[id];
       t[id] = of(truth.particles.half_velocity)[k], t[count + id] = of(truth.particles.position)[k];
-      o[id] = of(openmp.particles.half_velocity)[in_openmp[id]], o[count + id] = of(openmp.particles.position)[in_openmp[id]];
-      s[id] = of(serial.particles.half_velocity)[in_serial[id]], s[count + id] = of(serial.particles.position)[in_serial[id]];
+      o[id] = of(openmp.particles.half_velocity)[in_openmp[id]],
+      o[count + id] = of(openmp.particles.position)[in_openmp[id]];
+      s[id] = of(serial.particles.half_velocity)[in_serial[id]],
+      s[count + id] = of(serial.particles.position)[in_serial[id]];
       const double hv_before = of(before.particles.half_velocity)[k], hv = t[id], p = t[count + id];
       // a and a dt round, then their sum with half_velocity: what it was is larger where a wall has turned it round.
       rounding[id] = dt * (of(a_error)[k] + 2 * unit_roundoff * std::abs(of(truth.acceleration)[k])) +
@@ -175,7 +187,8 @@ void check_one_step(Judgement& judgement, const Fluid<float>& start, const Fluid
       rounding[count + id] = dt * rounding[id] + 3 * unit_roundoff * (std::abs(p) + dt * std::abs(hv));
     }
     within_bound(judgement, o, s, t, rounding, [&](std::size_t k) {
-      return std::string(name) + (k < std::size_t(count) ? " half velocity" : " position") + " of particle " + std::to_string(k % count);
+      return std::string(name) + (k < std::size_t(count) ? " half velocity" : " position") + " of particle " +
+             std::to_string(k % count);
     });
   };
   axis(
@@ -186,7 +199,8 @@ void check_one_step(Judgement& judgement, const Fluid<float>& start, const Fluid
       [](auto& v) -> auto& { return v.z; }, "z");
 }
 
-void check_free_run(Judgement& judgement, const FreeRuns& runs, const Holds& holds, const Fluid<float>& start, Step<float>* step) {
+void check_free_run(Judgement& judgement, const FreeRuns& runs, const Holds& holds, const Fluid<float>& start,
+                    Step<float>* step) {
   Fluid<float> fluid = start;
   Vector3<double> before = momentum(fluid);
   for (std::size_t frame = 0; frame < runs.frames.size(); ++frame) {
@@ -196,10 +210,12 @@ void check_free_run(Judgement& judgement, const FreeRuns& runs, const Holds& hol
     });
     check(judgement, fault.empty(), frame_name(fault.c_str(), frame), 1, 0);
     if (!judgement.passed) return;
-    if (holds.inside_domain) check(judgement, inside_domain(fluid), frame_name("a particle is outside the domain", frame), 1, 0);
+    if (holds.inside_domain)
+      check(judgement, inside_domain(fluid), frame_name("a particle is outside the domain", frame), 1, 0);
     if (holds.momentum_conserved) {
       const Vector3<double> after = momentum(fluid);
-      const double change = std::max({std::abs(after.x - before.x), std::abs(after.y - before.y), std::abs(after.z - before.z)});
+      const double change =
+          std::max({std::abs(after.x - before.x), std::abs(after.y - before.y), std::abs(after.z - before.z)});
       const double allowed = momentum_rounding(fluid);
       check(judgement, change <= allowed, frame_name("momentum changed", frame), change, allowed);
       before = after;
@@ -208,10 +224,10 @@ void check_free_run(Judgement& judgement, const FreeRuns& runs, const Holds& hol
     const FreeRuns::Frame& serial = runs.frames[frame];
     const auto [positions, velocities] = distance(state_by_id(fluid.particles), serial.serial);
     const double energies = std::abs(energy(fluid) - serial.serial_energy);
-    check(judgement, positions <= serial.positions, frame_name("rms distance of positions from the serial run", frame), positions,
-          serial.positions);
-    check(judgement, velocities <= serial.velocities, frame_name("rms distance of velocities from the serial run", frame), velocities,
-          serial.velocities);
+    check(judgement, positions <= serial.positions, frame_name("rms distance of positions from the serial run", frame),
+          positions, serial.positions);
+    check(judgement, velocities <= serial.velocities,
+          frame_name("rms distance of velocities from the serial run", frame), velocities, serial.velocities);
     check(judgement, energies <= serial.energy, frame_name("energy", frame), energies, serial.energy);
   }
 }
@@ -225,10 +241,12 @@ void check_lattice_density(Judgement& judgement, const Fluid<double>& lattice, s
   const auto [z_low, z_high] = range(p.z);
   const double h = lattice.model.smoothing_length, spacing = 1 / double(lattice.model.particles_per_metre);
   const double reach = std::max({-*x_low, *x_high, -*y_low, *y_high, -*z_low, *z_high});
-  const double expected = lattice_density(lattice.model, spacing), allowed = lattice_density_rounding(lattice.model, spacing, reach);
+  const double expected = lattice_density(lattice.model, spacing),
+               allowed = lattice_density_rounding(lattice.model, spacing, reach);
   for (int i = 0; i < count; ++i) {
     const auto inside = [&](double x, double low, double high) { return x - low > h && high - x > h; };
-    if (!inside(p.x[i], *x_low, *x_high) || !inside(p.y[i], *y_low, *y_high) || !inside(p.z[i], *z_low, *z_high)) continue;
+    if (!inside(p.x[i], *x_low, *x_high) || !inside(p.y[i], *y_low, *y_high) || !inside(p.z[i], *z_low, *z_high))
+      continue;
     check(judgement, std::abs(density[i] - expected) <= allowed,
           both_values("lattice density of particle " + std::to_string(lattice.particles.id[i]), density[i], expected),
           std::abs(density[i] - expected), allowed);

@@ -1,5 +1,5 @@
-// The game fluid's whole step, as the verifier and the benchmark see it: what verify/fluid/run.h asserts of one step and of a whole
-// run. Timed is one step.
+// The game fluid's whole step, as the verifier and the benchmark see it: what verify/fluid/run.h asserts of one step
+// and of a whole run. Timed is one step.
 #include "common/fluid/step.h"
 
 #include "verify/fluid/forms.h"
@@ -35,7 +35,8 @@ Case step_case(const std::string& path, const StepForm& form) {
           },
       .work = {n, "particles", 2 * particle_bytes * n + 4 * cells + (16 + 40 + 60 + 72) * n,
                16 * in->tested_pairs + 38 * in->near_pairs + 87 * n},
-      // Particles are what a step starts from; all else it makes, or, like the room in lists, has from the frame before.
+      // Particles are what a step starts from; all else it makes, or, like the room in lists, has from the frame
+      // before.
       .restore = [](Fluid<float>& now, const Fluid<float>& start) { now.particles = start.particles; },
   });
 }

@@ -93,16 +93,18 @@ const Register fast_sweeping{
     {.name = "levelset/fast_sweeping",
      .place = 3,
      .serial_forms = {"sweeps", "blocks"},
-     .forms = {
-         {.name = "sweeps",
-          .make = sweeps_case,
-          .scenes = scenes_of_all({"spheres_and_box_256", "spheres_and_box_256_full"})},
-         {.name = "sweeps_for_heap", .make = sweeps_for_heap_case, .scenes = without_tsan(scenes_of_all({})), .covered_by = "sweeps"},
-         {.name = "blocks", .make = blocks_case, .scenes = scenes_in_bands({"spheres_and_box_256"})},
-         {.name = "blocks_for_sweeps",
-          .make = blocks_for_sweeps_case,
-          .scenes = without_tsan(scenes_in_bands({})),
-          .covered_by = "blocks"}}}};
+     .forms = {{.name = "sweeps",
+                .make = sweeps_case,
+                .scenes = scenes_of_all({"spheres_and_box_256", "spheres_and_box_256_full"})},
+               {.name = "sweeps_for_heap",
+                .make = sweeps_for_heap_case,
+                .scenes = without_tsan(scenes_of_all({})),
+                .covered_by = "sweeps"},
+               {.name = "blocks", .make = blocks_case, .scenes = scenes_in_bands({"spheres_and_box_256"})},
+               {.name = "blocks_for_sweeps",
+                .make = blocks_for_sweeps_case,
+                .scenes = without_tsan(scenes_in_bands({})),
+                .covered_by = "blocks"}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

@@ -1,5 +1,6 @@
-// Trilinear samples, as the verifier and the benchmark see them: of a scene's phi, at positions as semi-Lagrangian advection
-// asks for them, up to two spacings from where a point is, some of them outside the grid. Bitwise with the serial twin.
+// Trilinear samples, as the verifier and the benchmark see them: of a scene's phi, at positions as semi-Lagrangian
+// advection asks for them, up to two spacings from where a point is, some of them outside the grid. Bitwise with the
+// serial twin.
 #include "common/levelset/sample.h"
 
 #include <array>
@@ -41,7 +42,8 @@ constexpr int most_positions = 1 << 20;
 Question make_question(const std::string& path) {
   Question question{.phi = load_scene(path).phi, .count = 0, .position = {}};
   const Field<float>& phi = question.phi;
-  const std::int64_t points = std::int64_t(phi.nx) * phi.ny * phi.nz, stride = (points + most_positions - 1) / most_positions;
+  const std::int64_t points = std::int64_t(phi.nx) * phi.ny * phi.nz,
+                     stride = (points + most_positions - 1) / most_positions;
   question.count = static_cast<int>((points + stride - 1) / stride);
   question.position.resize(question.count);
   std::uint32_t state = 1;
@@ -72,7 +74,8 @@ Case sample_case(const std::string& path) {
       .best_serial = nullptr,
       .openmp = with(openmp::sample),
       .compare = nullptr,
-      .work = {n, "samples", 16 * n + 4 * double(in->phi.nx) * in->phi.ny * in->phi.nz, 33 * n, lanes_in_use(std::array{n})},
+      .work = {n, "samples", 16 * n + 4 * double(in->phi.nx) * in->phi.ny * in->phi.nz, 33 * n,
+               lanes_in_use(std::array{n})},
   });
 }
 

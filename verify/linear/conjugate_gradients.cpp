@@ -14,7 +14,8 @@
 
 #include <cmath>
 #include <cstdio>
-// As wherever Eigen is used here: what it inlines and how it allocates depends on this, and must not differ between files.
+// As wherever Eigen is used here: what it inlines and how it allocates depends on this, and must not differ between
+// files.
 #define EIGEN_DONT_VECTORIZE
 #include <eigen3/Eigen/IterativeLinearSolvers>
 #include <eigen3/Eigen/SparseCore>

@@ -20,8 +20,7 @@ std::shared_ptr<const Read> read(const std::string& path) {
   const auto in = inputs(path);
   const std::size_t n = std::min(in->scene.b.size(), in->x.size());
   const State start{{in->scene.b.begin(), in->scene.b.begin() + n}, {in->x.begin(), in->x.begin() + n}, {unwritten}};
-  return std::make_shared<const Read>(
-      Read{std::make_shared<const State>(start), {start.x.rbegin(), start.x.rend()}});
+  return std::make_shared<const Read>(Read{std::make_shared<const State>(start), {start.x.rbegin(), start.x.rend()}});
 }
 
 using Update = std::function<void(State&)>;

@@ -1,4 +1,5 @@
-// What the broad phases have in common: they find pairs of colliders in one step's bounds, bitwise with the serial twin.
+// What the broad phases have in common: they find pairs of colliders in one step's bounds, bitwise with the serial
+// twin.
 #pragma once
 
 #include <functional>

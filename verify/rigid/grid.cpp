@@ -16,9 +16,8 @@ Case grid_case(const std::string& path) {
   return pairs_case(*in, with(serial::grid), with(openmp::grid));
 }
 
-const Register grid{{.name = "rigid/grid",
-                     .place = 4,
-                     .forms = {{.make = grid_case, .scenes = scenes_of_all(of_many_bodies)}}}};
+const Register grid{
+    {.name = "rigid/grid", .place = 4, .forms = {{.make = grid_case, .scenes = scenes_of_all(of_many_bodies)}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

@@ -49,10 +49,8 @@ struct PerPair {
   std::span<Record> span() { return {record.data(), count}; }
 };
 template <class P, class F>
-  requires requires(P p) { p.record; }
-void for_each_array(P& p, const F& f) {
-  f("pair", p.record, p.count);
-}
+requires requires(P p) { p.record; }
+void for_each_array(P& p, const F& f) { f("pair", p.record, p.count); }
 template <class Record>
 std::shared_ptr<const PerPair<Record>> poisoned(std::size_t count) {
   PerPair<Record> result{count, Array<Record>(padded(count))};

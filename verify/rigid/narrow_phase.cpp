@@ -20,9 +20,8 @@ void for_each_array(S& s, const F& f) {
 Case narrow_phase_case(const std::string& path) {
   const auto in = inputs(path);
   const auto with = [in](NarrowPhase<float>* narrow_phase) {
-    return [in, narrow_phase](Found& s) {
-      narrow_phase(in->placed(), in->now.pairs, in->margin(), s.state, s.manifolds);
-    };
+    return
+        [in, narrow_phase](Found& s) { narrow_phase(in->placed(), in->now.pairs, in->margin(), s.state, s.manifolds); };
   };
   const double n = static_cast<double>(in->now.pairs.size());
   return make_case<Found>({

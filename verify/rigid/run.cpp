@@ -28,8 +28,14 @@ Array<Manifold<double>> widened(std::span<const Manifold<float>> manifolds) {
   Array<Manifold<double>> to(manifolds.size());
   for (std::size_t i = 0; i < manifolds.size(); ++i) {
     const Manifold<float>& m = manifolds[i];
-    to[i] = {.normal = wide(m.normal), .count = m.count, .a = m.a, .b = m.b,
-             .unused = {}, .point = {}, .feature = {}, .more_unused = {}};
+    to[i] = {.normal = wide(m.normal),
+             .count = m.count,
+             .a = m.a,
+             .b = m.b,
+             .unused = {},
+             .point = {},
+             .feature = {},
+             .more_unused = {}};
     for (int k = 0; k < m.count; ++k) to[i].point[k] = {wide(m.point[k].position), m.point[k].separation};
   }
   return to;
