@@ -26,41 +26,37 @@ struct Twin {
   std::function<std::uint64_t(const State&)> hash = {};              // hash_of if absent
 };
 
-// The functions of the case share the twin and three states. For the comparison, `serial` runs once, at the first
-// judgement.
+// The functions of the case share the twin and one state, which a reset restores: so every version starts with the same
+// arrays, as warm in the caches. For the comparison, the serial form runs once, at the first judgement, on a state of
+// its own.
 template <class State>
 Case make_case(Twin<State> twin) {
   struct Run {
     Twin<State> twin;
-    State openmp, serial;
+    State now;
     std::optional<State> expected;
-    void restore(State& now) const {
-      if (twin.restore)
-        twin.restore(now, *twin.start);
-      else
-        now = *twin.start;
-    }
   };
   if (!twin.compare) twin.compare = [](const State& openmp, const State& serial) { return bitwise(openmp, serial); };
+  if (!twin.restore) twin.restore = [](State& now, const State& start) { now = start; };
   if (!twin.hash) twin.hash = [](const State& state) { return hash_of(state); };
   const State& start = *twin.start;
-  const auto run = std::make_shared<Run>(Run{std::move(twin), start, start, {}});
+  const auto run = std::make_shared<Run>(Run{std::move(twin), start, {}});
   const Work work = run->twin.work;
   return {
-      .reset = [run] { run->restore(run->openmp), run->restore(run->serial); },
-      .serial = [run] { run->twin.serial(run->serial); },
+      .reset = [run] { run->twin.restore(run->now, *run->twin.start); },
+      .serial = [run] { run->twin.serial(run->now); },
       .best_serial =
-          run->twin.best_serial ? std::function<void()>([run] { run->twin.best_serial(run->serial); }) : nullptr,
-      .openmp = [run] { run->twin.openmp(run->openmp); },
+          run->twin.best_serial ? std::function<void()>([run] { run->twin.best_serial(run->now); }) : nullptr,
+      .openmp = [run] { run->twin.openmp(run->now); },
       .judge =
           [run] {
             if (!run->expected) {
               run->expected = *run->twin.start;
               run->twin.serial(*run->expected);
             }
-            return run->twin.compare(run->openmp, *run->expected);
+            return run->twin.compare(run->now, *run->expected);
           },
-      .hash = [run] { return run->twin.hash(run->openmp); },
+      .hash = [run] { return run->twin.hash(run->now); },
       .work = work,
   };
 }

@@ -28,10 +28,11 @@ void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Pa
         const Run own = row_run(grid, x, x, y, z);
         const Runs forward = forward_runs(grid, x, y, z);
         for (int i = own.begin; i < own.end; ++i) {
+          const Vector3<Real> p_i = at(p, i);
           Vector3<Real> sum = at(acceleration, i);
           for (const Run& run : forward)
             for (int j = std::max(run.begin, i + 1); j < run.end; ++j) {
-              const Vector3<Real> dp = at(p, i) - at(p, j);
+              const Vector3<Real> dp = p_i - at(p, j);
               const Real r2 = dot(dp, dp);
               if (r2 < h2) {
                 const Vector3<Real> a = pair_acceleration(model, density[i], density[j], dp, at(v, j) - at(v, i), r2);
