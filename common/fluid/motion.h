@@ -31,11 +31,13 @@ inline void leapfrog(const Model<Real>& model, const Axis<Real>& axis, Real acce
   Real p = position + hv * model.time_step;
   Real v = (half_velocity + hv) * Real(.5);
 
-  const bool below = model.walls && cell == 0 && p < axis.min;
-  const bool above = model.walls && cell == axis.cells - 1 && p > axis.max;
-  p = below ? axis.min + (axis.min - p) : above ? axis.max - (p - axis.max) : p;
-  v = below || above ? -v : v;
-  hv = below || above ? -hv : hv;
+  const bool below = model.walls & (cell == 0) & (p < axis.min);
+  const bool above = model.walls & (cell == axis.cells - 1) & (p > axis.max);
+  p = below ? axis.min + (axis.min - p) : p;
+  p = above ? axis.max - (p - axis.max) : p;
+  const bool mirrored = below | above;
+  v = mirrored ? -v : v;
+  hv = mirrored ? -hv : hv;
 
   position = p;
   velocity = v;

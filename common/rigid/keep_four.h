@@ -73,7 +73,7 @@ template <class T, class Points>
     take(is_left, p, left), take(is_right, p, right);
   });
   return Four<T, typename Points::Point>{
-      deepest,   {two, farthest}, {leftmost > least_side, left}, {rightmost < -least_side, right}, leftmost, -rightmost};
+      deepest, {two, farthest}, {leftmost > least_side, left}, {rightmost < -least_side, right}, leftmost, -rightmost};
 }
 
 }  // namespace lockstep::rigid
