@@ -42,7 +42,7 @@ struct RoundContact {
 
 template <class T>
 inline RoundContact<T> one_point(const Vector3<T>& normal, const Vector3<T>& position, const T& separation) {
-  return {normal, {position, {T(0), T(0), T(0)}}, {separation, T(0)}, {}};
+  return {normal, {position, {T(0), T(0), T(0)}}, {separation, T(0)}, all_false<T>()};
 }
 
 // Replaces the one point by both ends of the stretch low .. high where `lies` holds, and where the deeper end is as

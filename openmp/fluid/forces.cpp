@@ -64,10 +64,11 @@ void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Pa
               sum.assign(own.end - own.begin, {0.f, 0.f, 0.f});
               forward_pieces(grid, sub_grids, x, y, z, [&](const Piece& piece) {
                 const Guard guard(locks, piece.lock);
-                for (int i = own.begin; i < own.end; ++i)
+                for (int i = own.begin; i < own.end; ++i) {
+                  const Vector3<floatv> p_i = repeat_at(p, i);
                   for (int j = std::max(piece.run.begin, i + 1); j < piece.run.end; j += lanes) {
                     const maskv inside = first_lanes(piece.run.end - j);
-                    const Vector3<floatv> dp = repeat_at(p, i) - lanes_at(p, j);
+                    const Vector3<floatv> dp = p_i - lanes_at(p, j);
                     const floatv r2 = dot(dp, dp);
                     const maskv near = inside & (r2 < h2);
                     if (none(near)) continue;
@@ -78,6 +79,7 @@ void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Pa
                     sum_i = select(near, sum_i + a, sum_i);
                     put(acceleration, j, lanes_at(acceleration, j, near) - a, near);
                   }
+                }
               });
               const int cell = grid.cell(x, y, z);
               const Guard guard(locks, sub_grids.shared[cell] ? cell : Piece::no_lock);

@@ -180,18 +180,14 @@ void relax(Contacts& contacts, const Sweep<Real>& sweep, Array<BodyState>& state
 
 void bounce(const Contacts& contacts, Array<BodyState>& states) {
   const ContactConstraint<floatv>& c = contacts.constraint;
-  maskv bounces[most_points];
-  maskv any_bounces = first_lanes(0);
-  for (int k = 0; k < most_points; ++k) {
-    bounces[k] = lanes_of(contacts.has_point[k]);
-    if (contacts.has_point[k] != 0) bounces[k] = bounces[k] & has_bounce(c.point[k]);
-    any_bounces = any_bounces | bounces[k];
-  }
-  if (none(any_bounces)) return;
   Velocities v = load_velocities(contacts, motions(states));
-  for (int k = 0; k < most_points; ++k)
-    if (any(bounces[k])) solve_bounce(bounces[k], c, c.point[k], v.a, v.b);
-  store_velocities(v, contacts, motions(states));
+  maskv changed = first_lanes(0);
+  for (int k = 0; k < most_points && contacts.has_point[k] != 0; ++k) {
+    const maskv bounces = lanes_of(contacts.has_point[k]) & has_bounce(c.point[k]);
+    if (any(bounces)) solve_bounce(bounces, c, c.point[k], v.a, v.b);
+    changed |= bounces;
+  }
+  if (any(changed)) store_velocities(v, contacts, motions(states));
 }
 
 // --- Batches
