@@ -16,7 +16,10 @@ void advance_axis(const Model<Real>& model, const Axis<Real>& axis, int count, c
                   Array<Real>& position, Array<Real>& half_velocity, Array<Real>& velocity) {
   // Iterations are independent: particle i writes its own position and velocities alone.
 #pragma omp parallel for simd schedule(static)
-  for (int i = 0; i < count; ++i) leapfrog(model, axis, acceleration[i], position[i], half_velocity[i], velocity[i]);
+  for (int i = 0; i < count; ++i) {
+    const Movement<Real> moved = leapfrog(model, axis, acceleration[i], position[i], half_velocity[i]);
+    position[i] = moved.position, half_velocity[i] = moved.half_velocity, velocity[i] = moved.velocity;
+  }
 }
 
 }  // namespace
