@@ -23,6 +23,7 @@
 #include "verify/report.h"
 #include "verify/samples.h"
 #include "verify/selection.h"
+#include "verify/team.h"
 
 namespace lockstep::verify {
 namespace {
@@ -39,6 +40,7 @@ struct Variant {
   int threads;
   std::function<void()> work;
   std::vector<Sample> samples;
+  std::string fault = {};  // why its row does not count, if it does not
   int cores() const { return std::min(threads, omp_get_num_procs()); }
 };
 
@@ -63,9 +65,12 @@ Measured measure(const Kernel& kernel, const std::string& scene_path, const std:
       run.reset();
       wake_team();
       const double turns_before = turns_per_ns(variant.threads);
+      take_team_sizes();
       const double start = now();
       variant.work();
       const double seconds = now() - start;
+      if (const TeamSizes teams = take_team_sizes(); !teams.are(variant.threads))
+        variant.fault = other_team(teams, variant.threads);
       const double turns_after = turns_per_ns(variant.threads);
       variant.samples.push_back({seconds, std::min(turns_before, turns_after)});
       turns = std::max(turns, std::max(turns_before, turns_after) / variant.cores());
@@ -73,6 +78,11 @@ Measured measure(const Kernel& kernel, const std::string& scene_path, const std:
 
   Measured measured = {nlohmann::ordered_json::array(), false};
   for (const Variant& variant : variants) {
+    if (!variant.fault.empty()) {
+      std::fprintf(stderr, "lockstep: %s %s on %s: %s; its row is left out\n", kernel.name.c_str(), kernel.form.c_str(),
+                   std::filesystem::path(scene_path).stem().c_str(), variant.fault.c_str());
+      continue;
+    }
     const auto [samples, lack_cores] = counted(variant.samples, turns * variant.cores(), effort.repeats);
     measured.lacks_cores |= lack_cores;
     const double median = quantile(samples, &Sample::seconds, .5);

@@ -51,6 +51,7 @@ nlohmann::ordered_json machine() {
          {{"version", _OPENMP},
           {"max_threads", omp_get_max_threads()},
           {"OMP_WAIT_POLICY", environment("OMP_WAIT_POLICY")},
+          {"GOMP_SPINCOUNT", environment("GOMP_SPINCOUNT")},
           {"OMP_PROC_BIND", environment("OMP_PROC_BIND")},
           {"OMP_SCHEDULE", environment("OMP_SCHEDULE")}}},
   };

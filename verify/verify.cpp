@@ -13,6 +13,7 @@
 #include "verify/compare.h"
 #include "verify/report.h"
 #include "verify/selection.h"
+#include "verify/team.h"
 
 namespace lockstep::verify {
 namespace {
@@ -41,8 +42,14 @@ int verify(const Options& options) {
     for (int threads : options.threads) {
       omp_set_num_threads(threads);
       run.reset();
+      take_team_sizes();
       const double openmp_ms = milliseconds(run.openmp);
+      const TeamSizes teams = take_team_sizes();
       Judgement judgement = run.judge();
+      if (!teams.are(threads)) {
+        judgement.passed = false;
+        judgement.worst_at = other_team(teams, threads) + "; " + judgement.worst_at;
+      }
       const std::uint64_t hash = run.hash();
       if (!kernel.order_dependent && hash != first_hash.value_or(hash)) {
         judgement.passed = false;
