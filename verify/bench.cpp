@@ -121,6 +121,7 @@ void print(const nlohmann::ordered_json& row, double serial_ms) {
 }  // namespace
 
 int bench(const Options& options) {
+  const std::vector<Selected> selected = select(options, Purpose::bench);
   nlohmann::ordered_json on = machine();
   for (int threads : options.threads) {
     progress("peaks of the machine");
@@ -135,7 +136,6 @@ int bench(const Options& options) {
   std::printf("%-19s %-13s %-15s %-11s %7s %5s %9s %9s %7s %12s %7s %8s %9s\n", "kernel", "form", "scene", "variant",
               "threads", "cores", "ms", "least", "spread", "items/s", "GB/s", "GFLOP/s", "x serial");
 
-  const auto selected = select(options, Purpose::bench);
   const Effort effort = options.quick ? quick_effort : full_effort;
   std::vector<nlohmann::ordered_json> rows(selected.size());  // of each case
   std::deque<std::size_t> waiting(selected.size());

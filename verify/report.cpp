@@ -36,24 +36,33 @@ std::string today() {
   return text;
 }
 
+#if defined(__clang__)
+constexpr char compiler[] = "clang++ " __clang_version__;
+#else
+constexpr char compiler[] = "g++ " __VERSION__;
+#endif
+
 }  // namespace
+
+std::string version() { return std::string("lockstep ") + LOCKSTEP_COMMIT + ", " + isa_name + ", " + compiler; }
 
 nlohmann::ordered_json machine() {
   return {
-    {"cpu", cpu_name()}, {"cores", std::thread::hardware_concurrency()}, {"isa", isa_name}, {"lanes", lanes},
-#if defined(__clang__)
-        {"compiler", "clang++ " __clang_version__},
-#else
-        {"compiler", "g++ " __VERSION__},
-#endif
-        {"flags", LOCKSTEP_FLAGS}, {"commit", LOCKSTEP_COMMIT}, {"date", today()},
-        {"omp",
-         {{"version", _OPENMP},
-          {"max_threads", omp_get_max_threads()},
-          {"OMP_WAIT_POLICY", environment("OMP_WAIT_POLICY")},
-          {"GOMP_SPINCOUNT", environment("GOMP_SPINCOUNT")},
-          {"OMP_PROC_BIND", environment("OMP_PROC_BIND")},
-          {"OMP_SCHEDULE", environment("OMP_SCHEDULE")}}},
+      {"cpu", cpu_name()},
+      {"cores", std::thread::hardware_concurrency()},
+      {"isa", isa_name},
+      {"lanes", lanes},
+      {"compiler", compiler},
+      {"flags", LOCKSTEP_FLAGS},
+      {"commit", LOCKSTEP_COMMIT},
+      {"date", today()},
+      {"omp",
+       {{"version", _OPENMP},
+        {"max_threads", omp_get_max_threads()},
+        {"OMP_WAIT_POLICY", environment("OMP_WAIT_POLICY")},
+        {"GOMP_SPINCOUNT", environment("GOMP_SPINCOUNT")},
+        {"OMP_PROC_BIND", environment("OMP_PROC_BIND")},
+        {"OMP_SCHEDULE", environment("OMP_SCHEDULE")}}},
   };
 }
 

@@ -9,6 +9,9 @@ namespace lockstep::verify {
 // cpu, cores, isa, lanes, compiler, flags, commit, date (UTC), omp settings.
 nlohmann::ordered_json machine();
 
+// The commit, the instruction set and the compiler, in one line.
+std::string version();
+
 // Writes {"machine": ..., "rows": rows}, whole or not at all. Throws InputError if the file cannot be written.
 void write_report(const std::string& path, const nlohmann::ordered_json& machine, const nlohmann::ordered_json& rows);
 

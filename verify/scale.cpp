@@ -137,8 +137,8 @@ nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int
 }
 
 int scale(const ScaleOptions& options) {
+  const std::vector<Selected> selected = select(options, Purpose::bench);
   Model model = measure_model();
-  const auto selected = select(options, Purpose::bench);
   const std::size_t counts = options.cores.size();
   auto rows = nlohmann::ordered_json::array();  // [selected, cores]
   const int passes = options.quick ? quick_passes : full_passes;

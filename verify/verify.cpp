@@ -27,12 +27,13 @@ double milliseconds(const std::function<void()>& work) {
 }  // namespace
 
 int verify(const Options& options) {
+  const std::vector<Selected> selected = select(options, Purpose::verify);
   const nlohmann::ordered_json on = machine();
   auto rows = nlohmann::ordered_json::array();
   int passed = 0, failed = 0;
   std::printf("%-19s %-13s %-15s %7s %5s  %-9s %10s %10s %9s %9s  %s\n", "kernel", "form", "scene", "threads", "lanes",
               "verdict", "error", "bound", "serial ms", "openmp ms", "worst at");
-  for (const auto& [kernel, scene_path] : select(options, Purpose::verify)) {
+  for (const auto& [kernel, scene_path] : selected) {
     const std::string scene = std::filesystem::path(scene_path).stem();
     progress(kernel.name + " " + kernel.form + " on " + scene);
     const Case run = kernel.make(scene_path);
