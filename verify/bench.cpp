@@ -122,15 +122,15 @@ void print(const nlohmann::ordered_json& row, double serial_ms) {
 
 int bench(const Options& options) {
   const std::vector<Selected> selected = select(options, Purpose::bench);
-  nlohmann::ordered_json on = machine();
+  Report report(options.json, options.quick);
   for (int threads : options.threads) {
     progress("peaks of the machine");
-    on["peaks"].push_back({{"threads", threads},
-                           {"triad_gb_per_s", triad_gb_per_s(threads)},
-                           {"fma_gflop_per_s", fma_gflop_per_s(threads)}});
+    report.on["peaks"].push_back({{"threads", threads},
+                                  {"triad_gb_per_s", triad_gb_per_s(threads)},
+                                  {"fma_gflop_per_s", fma_gflop_per_s(threads)}});
   }
   progress("");
-  for (const auto& peak : on["peaks"])
+  for (const auto& peak : report.on["peaks"])
     std::printf("peaks at %d threads: triad %.1f GB/s, fma %.1f GFLOP/s\n", peak["threads"].get<int>(),
                 peak["triad_gb_per_s"].get<double>(), peak["fma_gflop_per_s"].get<double>());
   std::printf("%-19s %-13s %-15s %-11s %7s %5s %9s %9s %7s %12s %7s %8s %9s\n", "kernel", "form", "scene", "variant",
@@ -138,6 +138,11 @@ int bench(const Options& options) {
 
   const Effort effort = options.quick ? quick_effort : full_effort;
   std::vector<nlohmann::ordered_json> rows(selected.size());  // of each case
+  const auto all_rows = [&] {
+    auto all = nlohmann::ordered_json::array();
+    for (const auto& of_case : rows) all.insert(all.end(), of_case.begin(), of_case.end());
+    return all;
+  };
   std::deque<std::size_t> waiting(selected.size());
   std::iota(waiting.begin(), waiting.end(), 0);
   double turns = 0, patience = effort.patience;
@@ -158,12 +163,11 @@ int bench(const Options& options) {
         continue;
       }
     }
+    report.keep(all_rows());
     for (const auto& row : rows[k]) print(row, rows[k][0]["ms"]);
     std::fflush(stdout);
   }
-  auto all = nlohmann::ordered_json::array();
-  for (const auto& of_case : rows) all.insert(all.end(), of_case.begin(), of_case.end());
-  if (!options.json.empty()) write_report(options.json, on, all);
+  report.finish(all_rows());
   return 0;
 }
 

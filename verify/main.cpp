@@ -141,16 +141,22 @@ int main(int argc, char** argv) {
       if (!scene->empty()) *scene = scene_file(*scene);
     if (options.threads.empty())
       options.threads = verify_command->parsed() ? std::vector<int>{1, 2, 3} : std::vector<int>{1, 2};
-    if (list_command->parsed()) return list(list_options);
-    if (verify_command->parsed()) return verify(options);
-    if (bench_command->parsed()) return bench(options);
     if (scale_options.cores.empty())
       scale_options.cores =
           scale_options.quick ? std::vector<int>{1, 2, 64} : std::vector<int>{1, 2, 4, 8, 16, 32, 64, 128};
-    if (scale_command->parsed()) return scale(scale_options);
-    if (endure_command->parsed()) return endure(endure_options);
-    if (figures_command->parsed()) return figures(figure_options);
-    return run(run_options);
+    const auto command = [&] {
+      if (list_command->parsed()) return list(list_options);
+      if (verify_command->parsed()) return verify(options);
+      if (bench_command->parsed()) return bench(options);
+      if (scale_command->parsed()) return scale(scale_options);
+      if (endure_command->parsed()) return endure(endure_options);
+      if (figures_command->parsed()) return figures(figure_options);
+      return run(run_options);
+    };
+    const int code = command();
+    if (std::fflush(stdout) != 0 || std::ferror(stdout))
+      throw lockstep::InputError("the standard output cannot be written");
+    return code;
   } catch (const lockstep::InputError& error) {
     std::fprintf(stderr, "lockstep: %s\n", error.what());
   } catch (const std::bad_alloc&) {

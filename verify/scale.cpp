@@ -138,6 +138,7 @@ nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int
 
 int scale(const ScaleOptions& options) {
   const std::vector<Selected> selected = select(options, Purpose::bench);
+  Report report(options.json, options.quick);
   Model model = measure_model();
   const std::size_t counts = options.cores.size();
   auto rows = nlohmann::ordered_json::array();  // [selected, cores]
@@ -161,18 +162,19 @@ int scale(const ScaleOptions& options) {
           rows.push_back(row);
         else
           rows[k * counts + c] = less_disturbed(rows[k * counts + c], row);
+        report.keep(rows);
       }
     }
   }
   progress("");
 
-  nlohmann::ordered_json on = machine();
-  on["costs"] = describe(model);
-  for (const auto& [name, value] : on["costs"].items()) std::printf("%s %.4g\n", name.c_str(), value.get<double>());
+  report.on["costs"] = describe(model);
+  for (const auto& [name, value] : report.on["costs"].items())
+    std::printf("%s %.4g\n", name.c_str(), value.get<double>());
   std::printf("%-19s %-13s %-25s %5s %11s %9s %7s %8s   %s\n", "kernel", "form", "scene", "cores", "modelled ms",
               "measured", "off by", "speed-up", "work serial together locks dispatch waiting: of the cores' time");
   for (std::size_t i = 0; i < rows.size(); ++i) print(rows[i], rows[i - i % counts]["modelled_ms"]);
-  if (!options.json.empty()) write_report(options.json, on, rows);
+  report.finish(rows);
   return 0;
 }
 

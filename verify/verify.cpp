@@ -28,7 +28,7 @@ double milliseconds(const std::function<void()>& work) {
 
 int verify(const Options& options) {
   const std::vector<Selected> selected = select(options, Purpose::verify);
-  const nlohmann::ordered_json on = machine();
+  Report report(options.json);
   auto rows = nlohmann::ordered_json::array();
   int passed = 0, failed = 0;
   std::printf("%-19s %-13s %-15s %7s %5s  %-9s %10s %10s %9s %9s  %s\n", "kernel", "form", "scene", "threads", "lanes",
@@ -77,9 +77,10 @@ int verify(const Options& options) {
                       {"openmp_ms", openmp_ms},
                       {"passed", judgement.passed},
                       {"hash", kernel.order_dependent ? "" : std::to_string(hash)}});
+      report.keep(rows);
     }
   }
-  if (!options.json.empty()) write_report(options.json, on, rows);
+  report.finish(rows);
   std::printf("%d passed, %d failed\n", passed, failed);
   return failed == 0 ? 0 : 1;
 }
