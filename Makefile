@@ -1,5 +1,12 @@
 # All commands of the project; `make help` lists them.
 
+# A variable that no command knows is a mistake, such as threads=2 or KERNELS=fluid.
+variables := KERNEL FORM SCENE THREADS VARIANT FRAMES OUT RESUME QUICK FULL SOME SECONDS TARGET STEPS WIDTH \
+  ISA BUILD CXX FLAGS LIBS PYTHON
+# Words of a value, such as those of FLAGS, stand beside the names; they begin with a dash.
+given := $(foreach word,$(filter-out -%,$(MAKEOVERRIDES)),$(if $(findstring =,$(word)),$(firstword $(subst =, ,$(word)))))
+$(foreach name,$(filter-out $(variables),$(given)),$(error unknown variable $(name), expected one of: $(variables)))
+
 # The instruction set of the lanes: by default the best of this machine.
 ISA ?= $(shell grep -qw avx512vl /proc/cpuinfo && echo avx512 || (grep -qw avx2 /proc/cpuinfo && echo avx2) || echo portable)
 isa_avx512   := -march=x86-64-v4 -DLOCKSTEP_ISA_AVX512
@@ -51,8 +58,8 @@ test: $(BUILD)/unit_tests build/lockstep  ## unit, property and fault tests
 	$(PYTHON) tests/figures_test.py
 	LOCKSTEP=build/lockstep $(BUILD)/unit_tests --gtest_brief=1
 
-bench: build/lockstep  ## time every kernel (KERNEL= FORM= SCENE= THREADS=1,2); build/bench.json
-	build/lockstep bench $(selection) --json build/bench.json
+bench: build/lockstep  ## time every kernel (KERNEL= FORM= SCENE= THREADS=1,2 QUICK=1: rough); build/bench.json
+	build/lockstep bench $(selection) $(quick) --json build/bench.json
 
 figures: build/lockstep  ## redraw the papers' figures into build/figures/: index.html, SVG, the CSV behind each (QUICK=1: rough)
 	@mkdir -p build/figures
@@ -61,12 +68,18 @@ figures: build/lockstep  ## redraw the papers' figures into build/figures/: inde
 	build/lockstep figures $(quick) --out build/figures
 	$(PYTHON) notes/figures/draw.py build/figures
 
-run: build/lockstep  ## simulate SCENE=a.toml, write frames for ParaView (OUT=build/frames FRAMES= VARIANT= THREADS= RESUME=1)
-	build/lockstep run --scene $(or $(SCENE),$(error SCENE= says which scene to run)) --out $(or $(OUT),build/frames) \
-	  $(if $(RESUME),--resume) $(if $(VARIANT),--variant $(VARIANT)) $(if $(THREADS),--threads $(THREADS)) $(if $(FRAMES),--frames $(FRAMES))
+run: build/lockstep  ## simulate SCENE=flag_33, write frames for ParaView (OUT=build/frames/flag_33 FRAMES= VARIANT= FORM= THREADS= RESUME=1)
+	build/lockstep run --scene '$(or $(SCENE),$(error SCENE= says which scene to run))' \
+	  --out "$(or $(OUT),build/frames/$$(basename '$(SCENE)' .toml))" $(if $(RESUME),--resume) \
+	  $(if $(VARIANT),--variant $(VARIANT)) $(if $(FORM),--form $(FORM)) $(if $(THREADS),--threads $(THREADS)) \
+	  $(if $(FRAMES),--frames $(FRAMES))
 
-diff:  ## show serial and openmp side by side: KERNEL=fluid/densities
-	@diff --side-by-side --width=$(or $(WIDTH),200) --expand-tabs serial/$(or $(KERNEL),$(error KERNEL= says which file)).cpp openmp/$(KERNEL).cpp || true
+diff:  ## show serial and openmp side by side: KERNEL=fluid/densities (WIDTH= of the terminal by default)
+	@test -f 'serial/$(KERNEL).cpp' -a -f 'openmp/$(KERNEL).cpp' || \
+	  { echo "make diff: KERNEL='$(KERNEL)', expected one of: $(diff_kernels)" >&2; exit 2; }
+	@width=$(or $(WIDTH),$$(stty size 2>/dev/null < /dev/tty | cut -d ' ' -f 2)); \
+	  diff --side-by-side --width=$${width:-243} --expand-tabs 'serial/$(KERNEL).cpp' 'openmp/$(KERNEL).cpp' || true
+diff_kernels = $(patsubst serial/%.cpp,%,$(sort $(wildcard serial/*/*.cpp)))
 
 mutants: build/lockstep  ## plant known mistakes one by one: verify or the sanitizer must catch each (KERNEL=, SOME=12 a day)
 	$(PYTHON) -B tests/mutants/mutants.py --build $(BUILD) --compile='$(CXX) $(FLAGS)' --link='$(LINK)' --libs='$(LIBS)' \
@@ -126,7 +139,7 @@ help:  ## list these commands
 	@sed -nE 's/^([a-z]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 20
 
 quick = $(if $(QUICK),--quick)
-selection = $(if $(KERNEL),--kernel $(KERNEL)) $(if $(FORM),--form $(FORM)) $(if $(SCENE),--scene $(SCENE)) $(if $(THREADS),--threads $(THREADS))
+selection = $(if $(KERNEL),--kernel '$(KERNEL)') $(if $(FORM),--form '$(FORM)') $(if $(SCENE),--scene '$(SCENE)') $(if $(THREADS),--threads $(THREADS))
 
 # build/lockstep links to the program that was built last. It changes with ISA.
 ifneq ($(shell readlink build/lockstep),$(BUILD:build/%=%)/lockstep)

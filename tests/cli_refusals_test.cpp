@@ -171,7 +171,8 @@ TEST_F(Cli, RefusesFormsThatAClothCannotHave) {
   }
   run_in(sheet, "openmp", "original", "expected one of: chains, colours, batches\n");
   for (const char* variant : {"serial", "openmp"}) run_in(sheet, variant, "chain", "chains, colours, batches");
-  expect_refused({"verify", "--kernel", "cloth/relax", "--form", "chain", "--threads", "1"}, "cloth/relax chains");
+  expect_refused({"verify", "--kernel", "cloth/relax", "--form", "chain", "--threads", "1"},
+                 "no form chain of cloth/relax, expected one of: chains, ");
 }
 
 TEST_F(Cli, RefusesScenesOfAnotherKind) {

@@ -80,12 +80,33 @@ TEST_F(Cli, ExitsWithOneWhereACheckFails) {
   EXPECT_NE(report["rows"][0]["worst_at"].get<std::string>().find("momentum"), std::string::npos);
 }
 
+// What a report cannot be written to is refused before the work, and nothing is printed as if it had been saved.
+TEST_F(Cli, RefusesOutputsThatCannotBeWritten) {
+  const std::vector<std::string> some = {"--kernel", "fluid/advance", "--scene", "scenes/fluid/single.toml"};
+  for (const char* command : {"verify", "bench", "scale"}) {
+    std::vector<std::string> arguments = {command, "--json", path("none/x.json")};
+    arguments.insert(arguments.end(), some.begin(), some.end());
+    expect_refused(arguments, "none/x.json");
+    EXPECT_EQ(read_bytes(out_file()), "") << command;
+  }
+  std::vector<std::string> arguments = {"verify", "--threads", "1"};
+  arguments.insert(arguments.end(), some.begin(), some.end());
+  const Outcome outcome = end_of(start(arguments, [] {
+    const int full = open("/dev/full", O_WRONLY);
+    dup2(full, STDOUT_FILENO);
+  }));
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("standard output cannot be written"), std::string::npos) << outcome.err;
+}
+
 TEST_F(Cli, BenchesAndReports) {
   const std::string json = path("bench.json");
   const Outcome outcome = run(
       {"bench", "--kernel", "fluid/advance", "--scene", "scenes/fluid/single.toml", "--threads", "1", "--json", json});
   ASSERT_EQ(outcome.code, 0) << outcome.out << outcome.err;
   const auto report = nlohmann::json::parse(read_bytes(json));
+  EXPECT_EQ(report["schema"], 1);
+  EXPECT_EQ(report["quick"], false);
   expect_machine(report);
   std::set<std::string> variants;
   for (const auto& row : report["rows"]) {

@@ -23,6 +23,7 @@
 #include "verify/report.h"
 #include "verify/samples.h"
 #include "verify/selection.h"
+#include "verify/team.h"
 
 namespace lockstep::verify {
 namespace {
@@ -39,6 +40,7 @@ struct Variant {
   int threads;
   std::function<void()> work;
   std::vector<Sample> samples;
+  std::string fault = {};  // why its row does not count, if it does not
   int cores() const { return std::min(threads, omp_get_num_procs()); }
 };
 
@@ -63,9 +65,12 @@ Measured measure(const Kernel& kernel, const std::string& scene_path, const std:
       run.reset();
       wake_team();
       const double turns_before = turns_per_ns(variant.threads);
+      take_team_sizes();
       const double start = now();
       variant.work();
       const double seconds = now() - start;
+      if (const TeamSizes teams = take_team_sizes(); !teams.are(variant.threads))
+        variant.fault = other_team(teams, variant.threads);
       const double turns_after = turns_per_ns(variant.threads);
       variant.samples.push_back({seconds, std::min(turns_before, turns_after)});
       turns = std::max(turns, std::max(turns_before, turns_after) / variant.cores());
@@ -73,6 +78,11 @@ Measured measure(const Kernel& kernel, const std::string& scene_path, const std:
 
   Measured measured = {nlohmann::ordered_json::array(), false};
   for (const Variant& variant : variants) {
+    if (!variant.fault.empty()) {
+      std::fprintf(stderr, "lockstep: %s %s on %s: %s; its row is left out\n", kernel.name.c_str(), kernel.form.c_str(),
+                   std::filesystem::path(scene_path).stem().c_str(), variant.fault.c_str());
+      continue;
+    }
     const auto [samples, lack_cores] = counted(variant.samples, turns * variant.cores(), effort.repeats);
     measured.lacks_cores |= lack_cores;
     const double median = quantile(samples, &Sample::seconds, .5);
@@ -111,23 +121,28 @@ void print(const nlohmann::ordered_json& row, double serial_ms) {
 }  // namespace
 
 int bench(const Options& options) {
-  nlohmann::ordered_json on = machine();
+  const std::vector<Selected> selected = select(options, Purpose::bench);
+  Report report(options.json, options.quick);
   for (int threads : options.threads) {
     progress("peaks of the machine");
-    on["peaks"].push_back({{"threads", threads},
-                           {"triad_gb_per_s", triad_gb_per_s(threads)},
-                           {"fma_gflop_per_s", fma_gflop_per_s(threads)}});
+    report.on["peaks"].push_back({{"threads", threads},
+                                  {"triad_gb_per_s", triad_gb_per_s(threads)},
+                                  {"fma_gflop_per_s", fma_gflop_per_s(threads)}});
   }
   progress("");
-  for (const auto& peak : on["peaks"])
+  for (const auto& peak : report.on["peaks"])
     std::printf("peaks at %d threads: triad %.1f GB/s, fma %.1f GFLOP/s\n", peak["threads"].get<int>(),
                 peak["triad_gb_per_s"].get<double>(), peak["fma_gflop_per_s"].get<double>());
   std::printf("%-19s %-13s %-15s %-11s %7s %5s %9s %9s %7s %12s %7s %8s %9s\n", "kernel", "form", "scene", "variant",
               "threads", "cores", "ms", "least", "spread", "items/s", "GB/s", "GFLOP/s", "x serial");
 
-  const auto selected = select(options, Purpose::bench);
   const Effort effort = options.quick ? quick_effort : full_effort;
   std::vector<nlohmann::ordered_json> rows(selected.size());  // of each case
+  const auto all_rows = [&] {
+    auto all = nlohmann::ordered_json::array();
+    for (const auto& of_case : rows) all.insert(all.end(), of_case.begin(), of_case.end());
+    return all;
+  };
   std::deque<std::size_t> waiting(selected.size());
   std::iota(waiting.begin(), waiting.end(), 0);
   double turns = 0, patience = effort.patience;
@@ -148,12 +163,11 @@ int bench(const Options& options) {
         continue;
       }
     }
+    report.keep(all_rows());
     for (const auto& row : rows[k]) print(row, rows[k][0]["ms"]);
     std::fflush(stdout);
   }
-  auto all = nlohmann::ordered_json::array();
-  for (const auto& of_case : rows) all.insert(all.end(), of_case.begin(), of_case.end());
-  if (!options.json.empty()) write_report(options.json, on, all);
+  report.finish(all_rows());
   return 0;
 }
 

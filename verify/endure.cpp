@@ -109,7 +109,7 @@ std::vector<std::string> scenes_that_move() {
 
 int endure(const EndureOptions& options) {
   const std::vector<std::string> paths = options.scene.empty() ? scenes_that_move() : std::vector{options.scene};
-  const nlohmann::ordered_json on = machine();
+  Report report(options.json);
   auto rows = nlohmann::ordered_json::array();
   int passed = 0, refused = 0, failed = 0;
   std::printf("%-28s %-10s %9s %8s %9s %12s %9s  %s\n", "scene", "form", "elements", "steps", "seconds", "bytes",
@@ -149,7 +149,7 @@ int endure(const EndureOptions& options) {
                     {"fault", fault},
                     {"refusal", refusal}});
   }
-  if (!options.json.empty()) write_report(options.json, on, rows);
+  report.finish(rows);
   std::printf("%d passed, %d refused, %d failed\n", passed, refused, failed);
   return failed == 0 ? 0 : 1;
 }

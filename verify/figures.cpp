@@ -206,13 +206,13 @@ int figures(const FigureOptions& options) {
   std::filesystem::create_directories(options.out, error);
   if (error) throw InputError(options.out + ": cannot be made: " + error.message());
   const Model model = measure_model();
-  nlohmann::ordered_json on = machine();
-  on["costs"] = describe(model);
   for (const Figure& figure : all_figures) {
+    const std::string path = options.out + '/' + figure.name + ".json";
+    Report report(path, options.quick);
+    report.on["costs"] = describe(model);
     auto rows = Rows::array();
     figure.compute(options, model, rows);
-    const std::string path = options.out + '/' + figure.name + ".json";
-    write_report(path, on, rows);
+    report.finish(rows);
     progress("");
     std::printf("%s\n", path.c_str());
   }

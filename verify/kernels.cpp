@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "verify/domain.h"
+#include "verify/names.h"
 
 namespace lockstep::verify {
 namespace {
@@ -19,7 +20,7 @@ std::vector<Registered>& registered() {
 std::string domain_of(const std::string& kernel) { return kernel.substr(0, kernel.find('/')); }
 
 std::vector<std::string> paths(const std::string& domain, std::vector<std::string> scenes) {
-  for (std::string& name : scenes) name = "scenes/" + domain + '/' + name + ".toml";
+  for (std::string& name : scenes) name = scenes_folder() + '/' + domain + '/' + name + ".toml";
   return scenes;
 }
 

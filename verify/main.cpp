@@ -8,7 +8,11 @@
 #include <new>
 
 #include "common/input_error.h"
+#include "verify/domain.h"
+#include "verify/names.h"
 #include "verify/options.h"
+#include "verify/report.h"
+#include "verify/wait_policy.h"
 
 namespace {
 
@@ -17,9 +21,11 @@ using namespace lockstep::verify;
 constexpr int max_threads = 1024;
 
 void add_selection(CLI::App* command, Options& options) {
-  command->add_option("--kernel", options.kernel, "only this kernel: its path below serial/, such as fluid/forces");
+  command->add_option(
+      "--kernel", options.kernel,
+      "only these: a kernel (fluid/forces), a domain (fluid), a last part (forces), or a pattern (*/step)");
   command->add_option("--form", options.form, "only this form of it, such as owner_gather");
-  command->add_option("--scene", options.scene, "only this scene: its name, or a .toml or .fluid file");
+  command->add_option("--scene", options.scene, "only this scene: its name (flag_33), or a .toml or .fluid file");
   command->add_option("--json", options.json, "write the rows to this file");
 }
 
@@ -36,6 +42,8 @@ void add_quick(CLI::App* command, bool& quick) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  wait_calmly(argv);
+
   // Memory that a kernel frees stays with the process: its next call needs as much, and new pages from the system are
   // slow. A step of 5,000 particles took .57 ms without this and .36 ms with it. A step of 100,000 boxes in a pit, with
   // arrays of more than 32 MB, took 164 ms and 117 ms.
@@ -49,6 +57,7 @@ int main(int argc, char** argv) {
   CLI::App app(
       "Lockstep: the algorithms of two papers on many-core physics, serial and parallel, verified against each other");
   app.require_subcommand(1);
+  app.set_version_flag("--version", version());
   Options options;
   RunOptions run_options;
 
@@ -77,7 +86,8 @@ int main(int argc, char** argv) {
   add_quick(scale_command, scale_options.quick);
 
   CLI::App* run_command = app.add_subcommand("run", "simulate a scene");
-  run_command->add_option("--scene", run_options.scene, "a .toml or .fluid file")->required();
+  run_command->add_option("--scene", run_options.scene, "a scene's name (flag_33), or a .toml or .fluid file")
+      ->required();
   run_command->add_option("--variant", run_options.variant, "serial or openmp (default)")
       ->check(CLI::IsMember({"serial", "openmp"}));
   run_command->add_option("--form", run_options.form, "which form of the step");
@@ -111,23 +121,42 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help
-    std::fprintf(stderr, "lockstep: %s\n", error.what());
+    // CLI11 asks for what is missing before it names what it did not understand.
+    std::vector<std::string> known;
+    for (const CLI::App* command : app.get_subcommands([](CLI::App*) { return true; })) {
+      if (!command->parsed() && !app.get_subcommands().empty()) continue;
+      known.push_back(command->get_name());
+      for (const CLI::Option* option : command->get_options()) known.push_back(option->get_name());
+    }
+    if (const std::vector<std::string> unknown = app.remaining(true); !unknown.empty())
+      std::fprintf(stderr, "lockstep: %s is not known%s\n", unknown.front().c_str(),
+                   did_you_mean(unknown.front(), known).c_str());
+    else
+      std::fprintf(stderr, "lockstep: %s\n", error.what());
     return 2;
   }
 
   try {
+    for (std::string* scene : {&run_options.scene, &endure_options.scene})
+      if (!scene->empty()) *scene = scene_file(*scene);
     if (options.threads.empty())
       options.threads = verify_command->parsed() ? std::vector<int>{1, 2, 3} : std::vector<int>{1, 2};
-    if (list_command->parsed()) return list(list_options);
-    if (verify_command->parsed()) return verify(options);
-    if (bench_command->parsed()) return bench(options);
     if (scale_options.cores.empty())
       scale_options.cores =
           scale_options.quick ? std::vector<int>{1, 2, 64} : std::vector<int>{1, 2, 4, 8, 16, 32, 64, 128};
-    if (scale_command->parsed()) return scale(scale_options);
-    if (endure_command->parsed()) return endure(endure_options);
-    if (figures_command->parsed()) return figures(figure_options);
-    return run(run_options);
+    const auto command = [&] {
+      if (list_command->parsed()) return list(list_options);
+      if (verify_command->parsed()) return verify(options);
+      if (bench_command->parsed()) return bench(options);
+      if (scale_command->parsed()) return scale(scale_options);
+      if (endure_command->parsed()) return endure(endure_options);
+      if (figures_command->parsed()) return figures(figure_options);
+      return run(run_options);
+    };
+    const int code = command();
+    if (std::fflush(stdout) != 0 || std::ferror(stdout))
+      throw lockstep::InputError("the standard output cannot be written");
+    return code;
   } catch (const lockstep::InputError& error) {
     std::fprintf(stderr, "lockstep: %s\n", error.what());
   } catch (const std::bad_alloc&) {

@@ -3,15 +3,19 @@
 #include <omp.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 #include <thread>
 
 #include "commit.h"  // written by the Makefile: the commit and the flags of this build
 #include "common/atomic_file.h"
+#include "common/input_error.h"
 #include "common/simd.h"
 
 namespace lockstep::verify {
@@ -36,29 +40,53 @@ std::string today() {
   return text;
 }
 
+#if defined(__clang__)
+constexpr char compiler[] = "clang++ " __clang_version__;
+#else
+constexpr char compiler[] = "g++ " __VERSION__;
+#endif
+
 }  // namespace
+
+std::string version() { return std::string("lockstep ") + LOCKSTEP_COMMIT + ", " + isa_name + ", " + compiler; }
 
 nlohmann::ordered_json machine() {
   return {
-    {"cpu", cpu_name()}, {"cores", std::thread::hardware_concurrency()}, {"isa", isa_name}, {"lanes", lanes},
-#if defined(__clang__)
-        {"compiler", "clang++ " __clang_version__},
-#else
-        {"compiler", "g++ " __VERSION__},
-#endif
-        {"flags", LOCKSTEP_FLAGS}, {"commit", LOCKSTEP_COMMIT}, {"date", today()},
-        {"omp",
-         {{"version", _OPENMP},
-          {"max_threads", omp_get_max_threads()},
-          {"OMP_WAIT_POLICY", environment("OMP_WAIT_POLICY")},
-          {"OMP_PROC_BIND", environment("OMP_PROC_BIND")},
-          {"OMP_SCHEDULE", environment("OMP_SCHEDULE")}}},
+      {"cpu", cpu_name()},
+      {"cores", std::thread::hardware_concurrency()},
+      {"isa", isa_name},
+      {"lanes", lanes},
+      {"compiler", compiler},
+      {"flags", LOCKSTEP_FLAGS},
+      {"commit", LOCKSTEP_COMMIT},
+      {"date", today()},
+      {"omp",
+       {{"version", _OPENMP},
+        {"max_threads", omp_get_max_threads()},
+        {"OMP_WAIT_POLICY", environment("OMP_WAIT_POLICY")},
+        {"GOMP_SPINCOUNT", environment("GOMP_SPINCOUNT")},
+        {"OMP_PROC_BIND", environment("OMP_PROC_BIND")},
+        {"OMP_SCHEDULE", environment("OMP_SCHEDULE")}}},
   };
 }
 
-void write_report(const std::string& path, const nlohmann::ordered_json& machine, const nlohmann::ordered_json& rows) {
-  const nlohmann::ordered_json report = {{"machine", machine}, {"rows", rows}};
-  write_file(path, [&](std::ostream& out) { out << report.dump(2) << '\n'; });
+Report::Report(std::string path, bool quick) : path_(std::move(path)), quick_(quick) {
+  if (path_.empty()) return;
+  std::error_code error;
+  const bool there = std::filesystem::exists(path_, error);
+  if (!std::ofstream(path_, std::ios::app)) throw InputError(path_ + ": cannot be written: " + std::strerror(errno));
+  if (!there) std::filesystem::remove(path_, error);
+}
+
+void Report::keep(const nlohmann::ordered_json& rows) {
+  if (now() > written_ + 1) finish(rows);
+}
+
+void Report::finish(const nlohmann::ordered_json& rows) {
+  if (path_.empty()) return;
+  const nlohmann::ordered_json report = {{"schema", schema}, {"quick", quick_}, {"machine", on}, {"rows", rows}};
+  write_file(path_, [&](std::ostream& out) { out << report.dump(2) << '\n'; });
+  written_ = now();
 }
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }

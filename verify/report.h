@@ -9,8 +9,29 @@ namespace lockstep::verify {
 // cpu, cores, isa, lanes, compiler, flags, commit, date (UTC), omp settings.
 nlohmann::ordered_json machine();
 
-// Writes {"machine": ..., "rows": rows}, whole or not at all. Throws InputError if the file cannot be written.
-void write_report(const std::string& path, const nlohmann::ordered_json& machine, const nlohmann::ordered_json& rows);
+// The commit, the instruction set and the compiler, in one line.
+std::string version();
+
+// The version of the reports' layout. It grows when a field changes its meaning or goes.
+inline constexpr int schema = 1;
+
+// A report file: {"schema", "quick", "machine", "rows"}. Made before the work, it refuses a path that cannot be written
+// at once. It is kept while rows come, so that a run that is cut off keeps what it has. Each version is written whole
+// or not at all. Does nothing if the path is empty. The functions throw InputError if the file cannot be written.
+// quick: whether the rows are rough.
+class Report {
+ public:
+  explicit Report(std::string path, bool quick = false);
+  void keep(const nlohmann::ordered_json& rows);    // writes at most once a second
+  void finish(const nlohmann::ordered_json& rows);  // writes
+
+  nlohmann::ordered_json on = machine();  // what is measured of the machine is added to it
+
+ private:
+  std::string path_;
+  bool quick_;
+  double written_ = 0;  // when, as now() says
+};
 
 // Seconds since some fixed moment.
 double now();

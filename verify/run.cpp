@@ -21,6 +21,7 @@
 #include "verify/options.h"
 #include "verify/report.h"
 #include "verify/simulation.h"
+#include "verify/team.h"
 
 namespace lockstep::verify {
 namespace {
@@ -90,14 +91,19 @@ int run(const RunOptions& options) {
   const int first = frame;
   stop_at_signals();
   double seconds = 0;
+  TeamSizes teams = {0, 0};
+  take_team_sizes();
   while (frame < frames && !stopped_by) {
     const double start = now();
     simulation.step();
     seconds += now() - start;
+    if (const TeamSizes now_teams = take_team_sizes(); !now_teams.are(omp_get_max_threads())) teams = now_teams;
     write_frame(++frame);
     progress("frame " + std::to_string(frame) + " of " + std::to_string(frames));
   }
   progress("");
+  if (!teams.are(omp_get_max_threads()))
+    std::fprintf(stderr, "lockstep: %s\n", other_team(teams, omp_get_max_threads()).c_str());
   if (one_file) simulation.write_state(options.out);
   if (stopped_by) {
     std::fprintf(stderr, "lockstep: stopped after frame %d of %d%s\n", frame, frames,

@@ -12,6 +12,7 @@
 #include "verify/costs.h"
 #include "verify/report.h"
 #include "verify/selection.h"
+#include "verify/team.h"
 
 namespace lockstep::verify {
 
@@ -64,6 +65,8 @@ constexpr Effort full_effort = {3, .2, .05}, quick_effort = {1, 0, 0};
 constexpr int full_passes = 3, quick_passes = 1;
 
 nlohmann::ordered_json less_disturbed(const nlohmann::ordered_json& a, const nlohmann::ordered_json& b) {
+  for (const auto* row : {&a, &b})
+    if (!row->contains("measured_ms")) return row == &a ? b : a;  // its team was smaller than asked for
   nlohmann::ordered_json row = a["modelled_ms"].get<double>() <= b["modelled_ms"].get<double>() ? a : b;
   const double measured_ms = std::min(a["measured_ms"].get<double>(), b["measured_ms"].get<double>());
   row["measured_ms"] = measured_ms;
@@ -92,6 +95,7 @@ nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int
   const bool here = cores <= omp_get_num_procs();
   Replayed r = {.total = std::numeric_limits<double>::infinity()};
   double measured_ms = r.total;
+  bool whole_teams = true;  // whether the measured runs had as many threads as `cores`
   const Effort effort = quick ? quick_effort : full_effort;
   const double enough = now() + (here ? effort.seconds_here : effort.seconds_beyond);
   for (int repeat = 0; repeat < effort.least || now() < enough; ++repeat) {
@@ -107,9 +111,11 @@ nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int
     omp_set_num_threads(cores);
     what.reset();
     wake_team();
+    take_team_sizes();
     const double start = now();
     what.work();
     measured_ms = std::min(measured_ms, 1e3 * (now() - start));
+    whole_teams &= take_team_sizes().are(cores);
   }
   const double ms = 1e-6 * r.total, all = cores * r.total;
   nlohmann::ordered_json row = {
@@ -123,7 +129,7 @@ nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int
       {"locks", r.locks / all},
       {"dispatch", r.dispatch / all},
       {"waiting", r.waiting / all}};
-  if (here) {
+  if (here && whole_teams) {
     row["measured_ms"] = measured_ms;
     row["off_by"] = ms / measured_ms - 1;
   }
@@ -131,8 +137,9 @@ nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int
 }
 
 int scale(const ScaleOptions& options) {
+  const std::vector<Selected> selected = select(options, Purpose::bench);
+  Report report(options.json, options.quick);
   Model model = measure_model();
-  const auto selected = select(options, Purpose::bench);
   const std::size_t counts = options.cores.size();
   auto rows = nlohmann::ordered_json::array();  // [selected, cores]
   const int passes = options.quick ? quick_passes : full_passes;
@@ -155,18 +162,19 @@ int scale(const ScaleOptions& options) {
           rows.push_back(row);
         else
           rows[k * counts + c] = less_disturbed(rows[k * counts + c], row);
+        report.keep(rows);
       }
     }
   }
   progress("");
 
-  nlohmann::ordered_json on = machine();
-  on["costs"] = describe(model);
-  for (const auto& [name, value] : on["costs"].items()) std::printf("%s %.4g\n", name.c_str(), value.get<double>());
+  report.on["costs"] = describe(model);
+  for (const auto& [name, value] : report.on["costs"].items())
+    std::printf("%s %.4g\n", name.c_str(), value.get<double>());
   std::printf("%-19s %-13s %-25s %5s %11s %9s %7s %8s   %s\n", "kernel", "form", "scene", "cores", "modelled ms",
               "measured", "off by", "speed-up", "work serial together locks dispatch waiting: of the cores' time");
   for (std::size_t i = 0; i < rows.size(); ++i) print(rows[i], rows[i - i % counts]["modelled_ms"]);
-  if (!options.json.empty()) write_report(options.json, on, rows);
+  report.finish(rows);
   return 0;
 }
 

@@ -4,20 +4,44 @@
 #include <filesystem>
 
 #include "common/input_error.h"
+#include "verify/domain.h"
+#include "verify/names.h"
 
 namespace lockstep::verify {
 
-std::vector<Selected> select(const Options& options, Purpose purpose) {
-  std::vector<Kernel> chosen;
-  std::string known;
+namespace {
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string all;
+  for (const std::string& word : words) all += (all.empty() ? "" : ", ") + word;
+  return all;
+}
+
+// The kernels and forms that the options name. Throws InputError if there are none.
+std::vector<Kernel> chosen_kernels(const Options& options) {
+  std::vector<Kernel> of_name, chosen;
+  std::vector<std::string> names, forms;
   for (const Kernel& kernel : kernels()) {
-    if ((options.kernel.empty() || options.kernel == kernel.name) &&
-        (options.form.empty() || options.form == kernel.form))
-      chosen.push_back(kernel);
-    known += (known.empty() ? "" : ", ") + kernel.name + " " + kernel.form;
+    names.push_back(kernel.name), names.push_back(kernel.name.substr(kernel.name.find('/') + 1));
+    if (options.kernel.empty() || names_kernel(options.kernel, kernel.name)) of_name.push_back(kernel);
+  }
+  if (of_name.empty())
+    throw InputError("no kernel " + options.kernel + did_you_mean(options.kernel, names) +
+                     " `lockstep list` prints all of them");
+  for (const Kernel& kernel : of_name) {
+    if (options.form.empty() || options.form == kernel.form) chosen.push_back(kernel);
+    if (!kernel.form.empty() && std::ranges::find(forms, kernel.form) == forms.end()) forms.push_back(kernel.form);
   }
   if (chosen.empty())
-    throw InputError("no kernel " + options.kernel + " " + options.form + ", expected one of: " + known);
+    throw InputError("no form " + options.form + " of " + (options.kernel.empty() ? "any kernel" : options.kernel) +
+                     (forms.empty() ? ", which has one form without a name" : ", expected one of: " + joined(forms)));
+  return chosen;
+}
+
+}  // namespace
+
+std::vector<Selected> select(const Options& options, Purpose purpose) {
+  const std::vector<Kernel> chosen = chosen_kernels(options);
 
   // If --scene is a name that some kernel registers, it selects that scene on the kernels that register it. Otherwise
   // it is the path of a user's scene, for the kernels that accept it.
@@ -38,12 +62,16 @@ std::vector<Selected> select(const Options& options, Purpose purpose) {
       paths = known_as(kernel, options.scene);
     } else if (!options.scene.empty()) {
       paths.clear();
-      if (kernel.takes(options.scene)) paths.push_back(options.scene);
+      const std::string path = scene_file(options.scene);
+      if (kernel.takes(path)) paths.push_back(path);
     }
     for (const std::string& path : paths) selected.push_back({kernel, path});
   }
+  if (selected.empty() && options.scene.empty())
+    throw InputError(chosen.front().name + " " + chosen.front().form + " has no scenes for this command");
   if (selected.empty())
-    throw InputError("--scene " + options.scene + ": not a scene that " + chosen.front().name + " takes");
+    throw InputError("--scene " + options.scene + ": is a scene of " + domain_of_scene(scene_file(options.scene)).name +
+                     ", which " + chosen.front().name + " does not take");
   return selected;
 }
 

@@ -13,6 +13,7 @@
 #include "verify/compare.h"
 #include "verify/report.h"
 #include "verify/selection.h"
+#include "verify/team.h"
 
 namespace lockstep::verify {
 namespace {
@@ -26,12 +27,13 @@ double milliseconds(const std::function<void()>& work) {
 }  // namespace
 
 int verify(const Options& options) {
-  const nlohmann::ordered_json on = machine();
+  const std::vector<Selected> selected = select(options, Purpose::verify);
+  Report report(options.json);
   auto rows = nlohmann::ordered_json::array();
   int passed = 0, failed = 0;
   std::printf("%-19s %-13s %-15s %7s %5s  %-9s %10s %10s %9s %9s  %s\n", "kernel", "form", "scene", "threads", "lanes",
               "verdict", "error", "bound", "serial ms", "openmp ms", "worst at");
-  for (const auto& [kernel, scene_path] : select(options, Purpose::verify)) {
+  for (const auto& [kernel, scene_path] : selected) {
     const std::string scene = std::filesystem::path(scene_path).stem();
     progress(kernel.name + " " + kernel.form + " on " + scene);
     const Case run = kernel.make(scene_path);
@@ -41,8 +43,14 @@ int verify(const Options& options) {
     for (int threads : options.threads) {
       omp_set_num_threads(threads);
       run.reset();
+      take_team_sizes();
       const double openmp_ms = milliseconds(run.openmp);
+      const TeamSizes teams = take_team_sizes();
       Judgement judgement = run.judge();
+      if (!teams.are(threads)) {
+        judgement.passed = false;
+        judgement.worst_at = other_team(teams, threads) + "; " + judgement.worst_at;
+      }
       const std::uint64_t hash = run.hash();
       if (!kernel.order_dependent && hash != first_hash.value_or(hash)) {
         judgement.passed = false;
@@ -69,9 +77,10 @@ int verify(const Options& options) {
                       {"openmp_ms", openmp_ms},
                       {"passed", judgement.passed},
                       {"hash", kernel.order_dependent ? "" : std::to_string(hash)}});
+      report.keep(rows);
     }
   }
-  if (!options.json.empty()) write_report(options.json, on, rows);
+  report.finish(rows);
   std::printf("%d passed, %d failed\n", passed, failed);
   return failed == 0 ? 0 : 1;
 }
