@@ -12,7 +12,6 @@
 #include "verify/names.h"
 #include "verify/options.h"
 #include "verify/report.h"
-#include "verify/wait_policy.h"
 
 namespace {
 
@@ -42,8 +41,6 @@ void add_quick(CLI::App* command, bool& quick) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  wait_calmly(argv);
-
   // Memory that a kernel frees stays with the process: its next call needs as much, and new pages from the system are
   // slow. A step of 5,000 particles took .57 ms without this and .36 ms with it. A step of 100,000 boxes in a pit, with
   // arrays of more than 32 MB, took 164 ms and 117 ms.
