@@ -44,7 +44,7 @@ TEST_F(NamedKernels, AreADomainALastPartOrAPattern) {
 }
 
 TEST_F(NamedKernels, RefusesUnknownOnesWithTheNearest) {
-  expect_refused({"verify", "--kernel", "fluid/density"}, "no kernel fluid/density; did you mean fluid/densities?");
+  expect_refused({"verify", "--kernel", "fluid/density"}, "no kernel fluid/density, see `lockstep list`; did you mean fluid/densities?");
   expect_refused({"bench", "--kernel", "forces", "--form", "sub_girds"},
                  "no form sub_girds of forces, expected one of: owner_gather, pair_lists, sub_grid, cell_locks");
   expect_refused({"verify", "--kernel", "advance", "--scene", "castle"},

@@ -8,6 +8,7 @@
 
 #include "verify/domain.h"
 #include "verify/kernel.h"
+#include "verify/names.h"
 #include "verify/options.h"
 #include "verify/report.h"
 
@@ -17,12 +18,6 @@ namespace {
 std::vector<std::string> names_of(std::vector<std::string> paths) {
   for (std::string& path : paths) path = std::filesystem::path(path).stem();
   return paths;
-}
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string all;
-  for (const std::string& word : words) all += (all.empty() ? "" : " ") + word;
-  return all;
 }
 
 // "`a`, `b`"; "one" for a form without a name.
@@ -50,7 +45,7 @@ void print_table(const std::vector<Kernel>& all) {
   std::printf("%-23s %-22s %s\n", "kernel", "form", "scenes; more with FULL=1");
   for (const Kernel& kernel : all)
     std::printf("%-23s %-22s %s; %s\n", kernel.name.c_str(), kernel.form.c_str(),
-                joined(names_of(kernel.scenes)).c_str(), joined(names_of(kernel.more_scenes)).c_str());
+                joined(names_of(kernel.scenes), " ").c_str(), joined(names_of(kernel.more_scenes), " ").c_str());
 }
 
 }  // namespace

@@ -8,7 +8,6 @@
 #include <new>
 
 #include "common/input_error.h"
-#include "verify/domain.h"
 #include "verify/names.h"
 #include "verify/options.h"
 #include "verify/report.h"

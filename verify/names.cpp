@@ -35,6 +35,12 @@ bool names_kernel(const std::string& named, const std::string& kernel) {
          fnmatch(named.c_str(), kernel.c_str(), 0) == 0;
 }
 
+std::string joined(const std::vector<std::string>& words, const std::string& between) {
+  std::string all;
+  for (const std::string& word : words) all += (all.empty() ? "" : between) + word;
+  return all;
+}
+
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& candidates) {
   constexpr std::size_t most = 4;
   std::size_t least = word.size() / 3 + 1;  // more edits than these make another word
@@ -46,9 +52,7 @@ std::string did_you_mean(const std::string& word, const std::vector<std::string>
     least = distance;
     if (nearest.size() < most) nearest.push_back(candidate);
   }
-  std::string text;
-  for (const std::string& name : nearest) text += (text.empty() ? "; did you mean " : ", ") + name;
-  return text.empty() ? "" : text + "?";
+  return nearest.empty() ? "" : "; did you mean " + joined(nearest, ", ") + "?";
 }
 
 std::string scenes_folder() {

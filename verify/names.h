@@ -10,6 +10,9 @@ namespace lockstep::verify {
 // pattern with * and ?.
 bool names_kernel(const std::string& named, const std::string& kernel);
 
+// The words with `between` between them.
+std::string joined(const std::vector<std::string>& words, const std::string& between);
+
 // "; did you mean a, b?" with the candidates nearest to a word, by insertions, deletions and replacements of letters.
 // Letters at a candidate's end are free, so that dambreak is near dam_break_5k. "" if no candidate is near.
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& candidates);

@@ -11,12 +11,6 @@ namespace lockstep::verify {
 
 namespace {
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string all;
-  for (const std::string& word : words) all += (all.empty() ? "" : ", ") + word;
-  return all;
-}
-
 // The kernels and forms that the options name. Throws InputError if there are none.
 std::vector<Kernel> chosen_kernels(const Options& options) {
   std::vector<Kernel> of_name, chosen;
@@ -26,15 +20,15 @@ std::vector<Kernel> chosen_kernels(const Options& options) {
     if (options.kernel.empty() || names_kernel(options.kernel, kernel.name)) of_name.push_back(kernel);
   }
   if (of_name.empty())
-    throw InputError("no kernel " + options.kernel + did_you_mean(options.kernel, names) +
-                     " `lockstep list` prints all of them");
+    throw InputError("no kernel " + options.kernel + ", see `lockstep list`" + did_you_mean(options.kernel, names));
   for (const Kernel& kernel : of_name) {
     if (options.form.empty() || options.form == kernel.form) chosen.push_back(kernel);
     if (!kernel.form.empty() && std::ranges::find(forms, kernel.form) == forms.end()) forms.push_back(kernel.form);
   }
   if (chosen.empty())
-    throw InputError("no form " + options.form + " of " + (options.kernel.empty() ? "any kernel" : options.kernel) +
-                     (forms.empty() ? ", which has one form without a name" : ", expected one of: " + joined(forms)));
+    throw InputError(
+        "no form " + options.form + " of " + (options.kernel.empty() ? "any kernel" : options.kernel) +
+        (forms.empty() ? ", which has one form without a name" : ", expected one of: " + joined(forms, ", ")));
   return chosen;
 }
 
