@@ -20,6 +20,7 @@
 
 #include "common/simd.h"
 #include "verify/costs.h"
+#include "verify/held_team.h"
 #include "verify/report.h"
 #include "verify/samples.h"
 #include "verify/selection.h"
@@ -61,17 +62,19 @@ Measured measure(const Kernel& kernel, const std::string& scene_path, const std:
   const double enough = now() + effort.seconds * variants.size();
   for (std::size_t repeat = 0; repeat < effort.repeats || now() < enough; ++repeat)
     for (Variant& variant : variants) {
-      omp_set_num_threads(variant.threads);
       run.reset();
-      wake_team();
-      const double turns_before = turns_per_ns(variant.threads);
-      take_team_sizes();
-      const double start = now();
-      variant.work();
-      const double seconds = now() - start;
-      if (const TeamSizes teams = take_team_sizes(); !teams.are(variant.threads))
-        variant.fault = other_team(teams, variant.threads);
-      const double turns_after = turns_per_ns(variant.threads);
+      double turns_before, turns_after, seconds;
+      hold_team(variant.threads, [&] {
+        wake_team();
+        turns_before = turns_per_ns(variant.threads);
+        take_team_sizes();
+        const double start = now();
+        variant.work();
+        seconds = now() - start;
+        if (const TeamSizes teams = take_team_sizes(); !teams.are(variant.threads))
+          variant.fault = other_team(teams, variant.threads);
+        turns_after = turns_per_ns(variant.threads);
+      });
       variant.samples.push_back({seconds, std::min(turns_before, turns_after)});
       turns = std::max(turns, std::max(turns_before, turns_after) / variant.cores());
     }

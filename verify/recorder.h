@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "verify/pause.h"
 #include "verify/record.h"
 
 extern "C" {
@@ -96,12 +97,6 @@ class Host {
   ucontext_t* scheduler() { return &scheduler_; }
 
  private:
-  static void pause() {
-#if defined(__x86_64__)
-    __builtin_ia32_pause();
-#endif
-  }
-
   ucontext_t scheduler_;
   std::atomic<Member*> turn_ = nullptr;  // the member to run; null when it has run
 };

@@ -17,6 +17,7 @@
 #include "common/atomic_file.h"
 #include "common/input_error.h"
 #include "common/simd.h"
+#include "verify/held_team.h"
 
 namespace lockstep::verify {
 namespace {
@@ -63,6 +64,7 @@ nlohmann::ordered_json machine() {
       {"omp",
        {{"version", _OPENMP},
         {"max_threads", omp_get_max_threads()},
+        {"waits_by", way_to_wait()},
         {"OMP_WAIT_POLICY", environment("OMP_WAIT_POLICY")},
         {"GOMP_SPINCOUNT", environment("GOMP_SPINCOUNT")},
         {"OMP_PROC_BIND", environment("OMP_PROC_BIND")},

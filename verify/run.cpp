@@ -18,6 +18,7 @@
 #include "common/input_error.h"
 #include "common/input_file.h"
 #include "verify/compare.h"
+#include "verify/held_team.h"
 #include "verify/options.h"
 #include "verify/report.h"
 #include "verify/simulation.h"
@@ -64,9 +65,10 @@ void stop_at_signals() {
 
 }  // namespace
 
-int run(const RunOptions& options) {
+namespace {
+
+int run_frames(const RunOptions& options) {
   const Simulation simulation = make_simulation(options);
-  if (options.threads > 0) omp_set_num_threads(options.threads);
   const int frames = options.frames > 0 ? options.frames : simulation.frames;
   const bool one_file = wants_one_file(options.out, simulation.state_formats),
              keeps_state = !one_file && !simulation.state.empty();
@@ -119,6 +121,14 @@ int run(const RunOptions& options) {
               options.out.c_str());
   if (simulation.summary && made > 0) std::printf("%s\n", simulation.summary().c_str());
   return 0;
+}
+
+}  // namespace
+
+int run(const RunOptions& options) {
+  int code = 0;
+  hold_team(options.threads > 0 ? options.threads : omp_get_max_threads(), [&] { code = run_frames(options); });
+  return code;
 }
 
 }  // namespace lockstep::verify

@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "verify/costs.h"
+#include "verify/held_team.h"
 #include "verify/report.h"
 #include "verify/selection.h"
 #include "verify/team.h"
@@ -108,13 +109,14 @@ nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int
     const Replayed each = replay(made, model.costs, bytes);
     if (each.total < r.total) r = each;
     if (!here) continue;
-    omp_set_num_threads(cores);
     what.reset();
-    wake_team();
     take_team_sizes();
-    const double start = now();
-    what.work();
-    measured_ms = std::min(measured_ms, 1e3 * (now() - start));
+    hold_team(cores, [&] {
+      wake_team();
+      const double start = now();
+      what.work();
+      measured_ms = std::min(measured_ms, 1e3 * (now() - start));
+    });
     whole_teams &= take_team_sizes().are(cores);
   }
   const double ms = 1e-6 * r.total, all = cores * r.total;

@@ -3,14 +3,13 @@
 //
 // A row passes if its verdict's assertion holds and, unless the kernel is declared order-dependent, its results have
 // the same bits at every thread count.
-#include <omp.h>
-
 #include <cstdio>
 #include <filesystem>
 #include <optional>
 
 #include "common/simd.h"
 #include "verify/compare.h"
+#include "verify/held_team.h"
 #include "verify/report.h"
 #include "verify/selection.h"
 #include "verify/team.h"
@@ -41,10 +40,10 @@ int verify(const Options& options) {
     const double serial_ms = milliseconds(run.serial);
     std::optional<std::uint64_t> first_hash;
     for (int threads : options.threads) {
-      omp_set_num_threads(threads);
       run.reset();
       take_team_sizes();
-      const double openmp_ms = milliseconds(run.openmp);
+      double openmp_ms = 0;
+      hold_team(threads, [&] { openmp_ms = milliseconds(run.openmp); });
       const TeamSizes teams = take_team_sizes();
       Judgement judgement = run.judge();
       if (!teams.are(threads)) {

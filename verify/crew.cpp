@@ -1,0 +1,105 @@
+#include "verify/crew.h"
+
+#include <linux/futex.h>
+#include <omp.h>
+#include <sched.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <climits>
+#include <utility>
+
+#include "verify/pause.h"
+#include "verify/team.h"
+
+namespace lockstep::verify {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+// A wait begins with so many turns of a loop: most waits at a barrier are over then.
+constexpr int turns = 20;
+// Then, for so long, the thread gives its core to others between looks, and sleeps after that. To sleep and wake costs
+// 5 to 50 microseconds.
+constexpr auto patience = 50us;
+// A thread that gets its core back so late has shared it with another program that computes. It lost a slice of the
+// scheduler's time, 3 ms here. If that happens twice in a row (the host of a virtual machine may take a core once, too),
+// it sleeps at once for a while.
+constexpr auto late = 500us;
+constexpr auto while_shared = 1s;
+
+long futex(const std::atomic<unsigned>& word, int operation, unsigned value) {
+  static_assert(sizeof word == 4);
+  return syscall(SYS_futex, &word, operation, value, nullptr, nullptr, 0);
+}
+
+}  // namespace
+
+void Crew::Gate::open() {
+  opened_.fetch_add(1);
+  if (sleepers_.load() > 0) futex(opened_, FUTEX_WAKE_PRIVATE, INT_MAX);
+}
+
+void Crew::Gate::wait(unsigned before) {
+  thread_local Clock::time_point shared_until;
+  thread_local bool came_late = false;
+  for (int turn = 0; turn < turns; ++turn) {
+    if (opened_.load(std::memory_order_acquire) != before) return;
+    pause();
+  }
+  const Clock::time_point start = Clock::now();
+  for (Clock::time_point time = start; time >= shared_until && time < start + patience;) {
+    if (opened_.load(std::memory_order_acquire) != before) return;
+    sched_yield();
+    const Clock::time_point yielded = std::exchange(time, Clock::now());
+    const bool was_late = std::exchange(came_late, time - yielded > late);
+    if (was_late && came_late) shared_until = time + while_shared;
+  }
+  // Whoever opens sees a sleeper, or the sleeper sees that it has been opened: the kernel compares before it puts a
+  // thread to sleep.
+  sleepers_.fetch_add(1);
+  while (opened_.load() == before) futex(opened_, FUTEX_WAIT_PRIVATE, before);
+  sleepers_.fetch_sub(1);
+}
+
+void Crew::run() {
+  in_region_ = true;
+  region_(data_);
+  in_region_ = false;
+  omp_set_num_threads(size_);  // a region may have set another number for the regions that it opens
+}
+
+void Crew::parallel(void (*region)(void*), void* data) {
+  note_team_size(size_);
+  region_ = region, data_ = data;
+  running_.store(size_ - 1);
+  const unsigned ended = end_.opened();
+  begin_.open();
+  run();
+  if (size_ > 1) end_.wait(ended);
+}
+
+void Crew::serve() {
+  for (unsigned begun = 0;; ++begun) {
+    begin_.wait(begun);
+    if (!region_) return;
+    run();
+    if (running_.fetch_sub(1) == 1) end_.open();
+  }
+}
+
+void Crew::dismiss() {
+  region_ = nullptr;
+  begin_.open();
+}
+
+void Crew::barrier() {
+  const unsigned before = all_arrived_.opened();
+  if (arrived_.fetch_add(1) + 1 < size_) return all_arrived_.wait(before);
+  arrived_.store(0);
+  all_arrived_.open();
+}
+
+}  // namespace lockstep::verify

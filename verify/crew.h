@@ -1,0 +1,62 @@
+// The threads of a held team (held_team.h), and how they wait. It answers the calls to OpenMP's runtime with which
+// kernels fork, join and wait (record_wraps.cpp). Loops, sections and singles are still shared out by libgomp, for which
+// the regions are one long region.
+#pragma once
+
+#include <atomic>
+
+namespace lockstep::verify {
+
+class Crew {
+ public:
+  // To be called before the other functions, by one thread.
+  void set_size(int threads) { size_ = threads; }
+  int size() const { return size_; }
+
+  // Runs a region on all threads, and returns when all have run it. Called by thread 0, outside regions.
+  void parallel(void (*region)(void*), void* data);
+
+  // Waits until all threads of the region have arrived.
+  void barrier();
+
+  // Whether the calling thread is in a region, and in no region inside it.
+  static bool in_region() { return in_region_; }
+
+  // Runs a region that a thread opens inside another. libgomp gives it one thread.
+  template <class Open>
+  static void nested(Open open) {
+    in_region_ = false;
+    open();
+    in_region_ = true;
+  }
+
+  // Runs regions until the crew is dismissed. Called by the other threads.
+  void serve();
+  void dismiss();
+
+ private:
+  // Something that threads wait for: each opening adds one.
+  class alignas(64) Gate {
+   public:
+    unsigned opened() const { return opened_.load(); }
+    void open();
+    void wait(unsigned before);  // until opened() is another than `before`
+
+   private:
+    std::atomic<unsigned> opened_ = 0;
+    std::atomic<int> sleepers_ = 0;
+  };
+  void run();
+
+  int size_ = 1;
+  void (*region_)(void*) = nullptr;  // the region to run; null: the crew is dismissed
+  void* data_ = nullptr;
+  Gate begin_, all_arrived_, end_;
+  alignas(64) std::atomic<int> arrived_ = 0;  // threads that wait at the barrier
+  alignas(64) std::atomic<int> running_ = 0;  // threads that have not ended the region
+  static inline thread_local bool in_region_ = false;
+};
+
+inline Crew* crew = nullptr;  // the one in use while a team is held
+
+}  // namespace lockstep::verify
