@@ -74,11 +74,12 @@ run: build/lockstep  ## simulate SCENE=flag_33, write frames for ParaView (OUT=b
 	  $(if $(VARIANT),--variant $(VARIANT)) $(if $(FORM),--form $(FORM)) $(if $(THREADS),--threads $(THREADS)) \
 	  $(if $(FRAMES),--frames $(FRAMES))
 
-diff:  ## show serial and openmp side by side: KERNEL=fluid/densities (WIDTH= of the terminal by default)
+diff: $(if $(FORM),build/lockstep)  ## show serial and openmp side by side: KERNEL=fluid/forces (FORM=cell_locks: its functions alone; WIDTH=)
 	@test -f 'serial/$(KERNEL).cpp' -a -f 'openmp/$(KERNEL).cpp' || \
 	  { echo "make diff: KERNEL='$(KERNEL)', expected one of: $(diff_kernels)" >&2; exit 2; }
 	@width=$(or $(WIDTH),$$(stty size 2>/dev/null < /dev/tty | cut -d ' ' -f 2)); \
-	  diff --side-by-side --width=$${width:-243} --expand-tabs 'serial/$(KERNEL).cpp' 'openmp/$(KERNEL).cpp' || true
+	  $(if $(FORM),$(PYTHON) -B verify/diff.py '$(KERNEL)' '$(FORM)' $${width:-243},diff --side-by-side --width=$${width:-243} --expand-tabs \
+	  'serial/$(KERNEL).cpp' 'openmp/$(KERNEL).cpp' || true)
 diff_kernels = $(patsubst serial/%.cpp,%,$(sort $(wildcard serial/*/*.cpp)))
 
 mutants: build/lockstep  ## plant known mistakes one by one: verify or the sanitizer must catch each (KERNEL=, SOME=12 a day)
