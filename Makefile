@@ -7,6 +7,20 @@ variables := KERNEL FORM SCENE THREADS VARIANT FRAMES OUT RESUME QUICK FULL SOME
 given := $(foreach word,$(filter-out -%,$(MAKEOVERRIDES)),$(if $(findstring =,$(word)),$(firstword $(subst =, ,$(word)))))
 $(foreach name,$(filter-out $(variables),$(given)),$(error unknown variable $(name), expected one of: $(variables)))
 
+# Every command uses all cores to build. make -j1 does not.
+ifeq ($(MAKELEVEL),0)
+MAKEFLAGS += -j$(shell nproc)
+endif
+MAKEFLAGS += --no-builtin-rules --no-print-directory
+
+# Several commands, such as make deps verify, run one after another.
+ifneq ($(word 2,$(MAKECMDGOALS)),)
+.NOTPARALLEL:
+.PHONY: $(MAKECMDGOALS)
+$(MAKECMDGOALS):
+	@$(MAKE) $@
+else
+
 # The instruction set of the lanes: by default the best of this machine.
 ISA ?= $(shell grep -qw avx512vl /proc/cpuinfo && echo avx512 || (grep -qw avx2 /proc/cpuinfo && echo avx2) || echo portable)
 isa_avx512   := -march=x86-64-v4 -DLOCKSTEP_ISA_AVX512
@@ -40,13 +54,15 @@ tests  := $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard tests/*_test.cpp))
 
 .PHONY: all deps list verify test bench figures run diff mutants tsan tsan-build sanitize determinism portable fuzz endure extremes clean help
 .DELETE_ON_ERROR:
-MAKEFLAGS += --no-builtin-rules
 
 all: build/lockstep  ## build everything, with the best ISA of this machine (ISA=avx512|avx2|portable)
 
-deps:  ## install the Debian packages it needs
-	@if dpkg-query -W $(DEBS) >/dev/null 2>&1; then echo "all packages are installed"; \
-	else apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq $(DEBS); fi
+deps:  ## install the Debian packages it needs (by sudo, if you are not root)
+	@missing=$$(echo $$(for deb in $(DEBS); do dpkg-query -W -f '$${Status}' $$deb 2>/dev/null | grep -q ' ok installed' || echo $$deb; done)); \
+	[ -n "$$missing" ] || { echo "all packages are installed"; exit 0; }; \
+	say() { echo "make deps: as root, type: apt-get update && apt-get install $$missing" >&2; exit 2; }; \
+	[ $$(id -u) = 0 ] && sudo= || { sudo=sudo; command -v sudo >/dev/null || say; echo "sudo apt-get install $$missing"; }; \
+	$$sudo apt-get update -qq && DEBIAN_FRONTEND=noninteractive $$sudo apt-get install -y -qq $$missing || say
 
 list: build/lockstep  ## print every kernel, its forms and their scenes
 	build/lockstep list
@@ -84,7 +100,7 @@ diff_kernels = $(patsubst serial/%.cpp,%,$(sort $(wildcard serial/*/*.cpp)))
 
 mutants: build/lockstep  ## plant known mistakes one by one: verify or the sanitizer must catch each (KERNEL=, SOME=12 a day)
 	$(PYTHON) -B tests/mutants/mutants.py --build $(BUILD) --compile='$(CXX) $(FLAGS)' --link='$(LINK)' --libs='$(LIBS)' \
-	  --tsan-compile='clang++-14 $(tsan_flags)' --tsan-link='clang++-14 $(tsan_flags) $(WRAPS)' --tsan-make='$(MAKE) tsan-build' \
+	  --tsan-compile='clang++-14 $(tsan_flags)' --tsan-link='clang++-14 $(tsan_flags) $(WRAPS)' --tsan-make='env -u MAKEFLAGS -u MAKELEVEL $(MAKE) tsan-build' \
 	  $(if $(KERNEL),--kernel $(KERNEL)) $(if $(SOME),--some $(SOME))
 
 tsan_flags = -std=c++20 -O1 -g $(isa_portable) -ffp-contract=off -fno-math-errno -fno-builtin -fopenmp -fsanitize=thread -Wall -Wextra
@@ -156,12 +172,25 @@ $(BUILD)/unit_tests: $(kernel) $(filter-out $(BUILD)/verify/main.o,$(verify)) $(
 	$(LINK) $^ $(LIBS) -lccd -lcholmod -lgtest_main -lgtest -pthread -o $@
 
 compile = @mkdir -p $(@D) && echo "compile $@" && $(CXX) $(FLAGS) -I. -I$(BUILD) -MMD -MP
-$(BUILD)/%.float.o: %.cpp Makefile
+$(BUILD)/%.float.o: %.cpp Makefile | $(BUILD)/needs
 	$(compile) -c $< -o $@
-$(BUILD)/%.double.o: %.cpp Makefile
+$(BUILD)/%.double.o: %.cpp Makefile | $(BUILD)/needs
 	$(compile) -DLOCKSTEP_REAL=double -c $< -o $@
-$(BUILD)/%.o: %.cpp Makefile
+$(BUILD)/%.o: %.cpp Makefile | $(BUILD)/needs
 	$(compile) -c $< -o $@
+
+# Made if the compiler and the headers of all packages are there.
+$(tests): | $(BUILD)/needs_of_tests
+$(BUILD)/needs: headers = CLI/CLI.hpp libcli11-dev toml++/toml.h libtomlplusplus-dev nlohmann/json.hpp nlohmann-json3-dev \
+  libqhull_r/qhull_ra.h libqhull-dev eigen3/Eigen/Dense libeigen3-dev $(if $(findstring clang,$(CXX)),omp.h libomp-14-dev)
+$(BUILD)/needs_of_tests: headers = gtest/gtest.h libgtest-dev ccd/ccd.h libccd-dev suitesparse/cholmod.h libsuitesparse-dev
+$(BUILD)/needs $(BUILD)/needs_of_tests: Makefile
+	@mkdir -p $(@D)
+	@say() { echo "make:" $$* "missing; make deps installs all packages, README.md names them" >&2; exit 2; }; \
+	command -v $(firstword $(CXX)) >/dev/null || say "the compiler $(CXX) is"; \
+	missing=$$(printf '#if !__has_include(<%s>)\n%s\n#endif\n' $(headers) | $(CXX) -E -P -x c++ -) || exit 2; \
+	[ -z "$$missing" ] || say $$missing
+	@touch $@
 
 # The commit and flags of the build, for reports. The file is rewritten only when they change.
 $(BUILD)/verify/report.o: $(BUILD)/commit.h
@@ -172,3 +201,5 @@ $(BUILD)/commit.h: FORCE
 FORCE:
 
 -include $(shell find $(BUILD) -name '*.d' 2>/dev/null)
+
+endif
