@@ -179,6 +179,10 @@ $(BUILD)/%.double.o: %.cpp Makefile | $(BUILD)/needs
 $(BUILD)/%.o: %.cpp Makefile | $(BUILD)/needs
 	$(compile) -c $< -o $@
 
+# It runs on every x86-64 processor, to say that the rest does not.
+$(BUILD)/verify/processor.o: verify/processor.cpp Makefile | $(BUILD)/needs
+	$(compile) -march=x86-64 -c $< -o $@
+
 # Made if the compiler and the headers of all packages are there.
 $(tests): | $(BUILD)/needs_of_tests
 $(BUILD)/needs: headers = CLI/CLI.hpp libcli11-dev toml++/toml.h libtomlplusplus-dev nlohmann/json.hpp nlohmann-json3-dev \
