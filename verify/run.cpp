@@ -19,7 +19,7 @@
 #include "common/input_file.h"
 #include "verify/compare.h"
 #include "verify/options.h"
-#include "verify/report.h"
+#include "verify/program.h"
 #include "verify/simulation.h"
 #include "verify/team.h"
 
