@@ -96,7 +96,7 @@ struct MakeWithTools : TemporaryFolder {
 };
 
 TEST_F(MakeWithTools, UseAllCoresUnlessTold) {
-  write_bytes(path("show.mk"), "show first second: ; @echo 'jobs:' $(filter -j%,$(MAKEFLAGS)) of $@\n");
+  write_bytes(path("show.mk"), "show first second: ; @echo 'jobs:' $(filter -j%,$(MAKEFLAGS)) of $@; true\n");
   tool("nproc", "echo 7");
   const auto jobs = [&](const std::string& arguments) {
     return make("-f Makefile -f " + path("show.mk") + ' ' + arguments, with_tools()).text;
