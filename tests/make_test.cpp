@@ -18,7 +18,8 @@ struct Made {
 
 // Runs make as a user does, with more words for env before it; variables of a make around the tests do not count.
 Made make(const std::string& arguments, const std::string& environment = "") {
-  const std::string command = "env -u MAKEFLAGS -u MAKELEVEL -u MAKEOVERRIDES " + environment + " make " + arguments + " 2>&1";
+  const std::string command =
+      "env -u MAKEFLAGS -u MAKELEVEL -u MAKEOVERRIDES " + environment + " make " + arguments + " 2>&1";
   FILE* const pipe = popen(command.c_str(), "r");
   Made made = {-1, ""};
   for (int letter; pipe && (letter = std::fgetc(pipe)) != EOF;) made.text += static_cast<char>(letter);

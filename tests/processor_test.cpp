@@ -1,5 +1,5 @@
-// On a processor without the instructions that the program was built for, it says so. glibc can be told that the processor
-// has fewer instructions than it has.
+// On a processor without the instructions that the program was built for, it says so. glibc can be told that the
+// processor has fewer instructions than it has.
 #include <cstdlib>
 
 #include "tests/cli.h"
@@ -9,7 +9,8 @@ namespace {
 
 struct Processor : Cli {
   Outcome without(const std::string& feature) const {
-    return end_of(start({"--version"}, [&] { setenv("GLIBC_TUNABLES", ("glibc.cpu.hwcaps=-" + feature).c_str(), 1); }));
+    const std::string masked = "glibc.cpu.hwcaps=-" + feature;
+    return end_of(start({"--version"}, [&] { setenv("GLIBC_TUNABLES", masked.c_str(), 1); }));
   }
   void expect_said(const std::string& feature) const {
     const Outcome outcome = without(feature);

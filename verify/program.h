@@ -1,5 +1,5 @@
-// The program itself: its version, its clock, its progress on the terminal. Defined in report.cpp. Unlike report.h, this
-// includes no JSON library.
+// The program itself: its version, its clock, its progress on the terminal. Defined in report.cpp. Unlike report.h,
+// this includes no JSON library.
 #pragma once
 
 #include <string>
