@@ -7,6 +7,20 @@ variables := KERNEL FORM SCENE THREADS VARIANT FRAMES OUT RESUME QUICK FULL SOME
 given := $(foreach word,$(filter-out -%,$(MAKEOVERRIDES)),$(if $(findstring =,$(word)),$(firstword $(subst =, ,$(word)))))
 $(foreach name,$(filter-out $(variables),$(given)),$(error unknown variable $(name), expected one of: $(variables)))
 
+# Every command uses all cores to build. make -j1 does not.
+ifeq ($(MAKELEVEL),0)
+MAKEFLAGS += -j$(shell nproc)
+endif
+MAKEFLAGS += --no-builtin-rules --no-print-directory
+
+# Several commands, such as make deps verify, run one after another.
+ifneq ($(word 2,$(MAKECMDGOALS)),)
+.NOTPARALLEL:
+.PHONY: $(MAKECMDGOALS)
+$(MAKECMDGOALS):
+	@$(MAKE) $@
+else
+
 # The instruction set of the lanes: by default the best of this machine.
 ISA ?= $(shell grep -qw avx512vl /proc/cpuinfo && echo avx512 || (grep -qw avx2 /proc/cpuinfo && echo avx2) || echo portable)
 isa_avx512   := -march=x86-64-v4 -DLOCKSTEP_ISA_AVX512
@@ -33,20 +47,32 @@ DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libqhull-de
 BUILD := build/$(ISA)
 
 # Every file of serial/ is compiled twice: in float, and in double for the truth.
-serial := $(patsubst %.cpp,$(BUILD)/%.float.o,$(shell find serial -name '*.cpp')) $(patsubst %.cpp,$(BUILD)/%.double.o,$(shell find serial -name '*.cpp'))
-kernel := $(serial) $(patsubst %.cpp,$(BUILD)/%.o,$(shell find openmp common -name '*.cpp'))
+serial := $(shell find serial -name '*.cpp')
+truth  := $(serial:%.cpp=$(BUILD)/%.double.o)
+kernel := $(serial:%.cpp=$(BUILD)/%.float.o) $(truth) $(patsubst %.cpp,$(BUILD)/%.o,$(shell find openmp common -name '*.cpp'))
 verify := $(patsubst %.cpp,$(BUILD)/%.o,$(shell find verify -name '*.cpp'))
 tests  := $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard tests/*_test.cpp))
 
+# What no benchmark times is compiled at -O1: the truth, readers of scenes, the verifier except what measures, and the
+# tests. Results have the same bits: notes/design.md.
+readers := $(filter %/toml.o %/scene.o %/scene_reader.o %/scene_values.o %/scene_generators.o %/mass.o %/obj.o %/matrix_market.o,$(kernel))
+measuring := $(patsubst %,$(BUILD)/verify/%.o,bench costs record record_wraps samples team)
+untimed := $(truth) $(readers) $(filter-out $(measuring),$(verify)) $(tests)
+$(untimed): level = -O1
+# The linker keeps the first copy of an inline function, so those at -O1 come last.
+in_order = $(filter-out $(untimed),$^) $(filter $(untimed),$^)
+
 .PHONY: all deps list verify test bench figures run diff mutants tsan tsan-build sanitize determinism portable fuzz endure extremes clean help
 .DELETE_ON_ERROR:
-MAKEFLAGS += --no-builtin-rules
 
 all: build/lockstep  ## build everything, with the best ISA of this machine (ISA=avx512|avx2|portable)
 
-deps:  ## install the Debian packages it needs
-	@if dpkg-query -W $(DEBS) >/dev/null 2>&1; then echo "all packages are installed"; \
-	else apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq $(DEBS); fi
+deps:  ## install the Debian packages it needs (by sudo, if you are not root)
+	@missing=$$(echo $$(for deb in $(DEBS); do dpkg-query -W -f '$${Status}' $$deb 2>/dev/null | grep -q ' ok installed' || echo $$deb; done)); \
+	[ -n "$$missing" ] || { echo "all packages are installed"; exit 0; }; \
+	say() { echo "make deps: as root, type: apt-get update && apt-get install $$missing" >&2; exit 2; }; \
+	[ $$(id -u) = 0 ] && sudo= || { sudo=sudo; command -v sudo >/dev/null || say; echo "sudo apt-get install $$missing"; }; \
+	$$sudo apt-get update -qq && DEBIAN_FRONTEND=noninteractive $$sudo apt-get install -y -qq $$missing || say
 
 list: build/lockstep  ## print every kernel, its forms and their scenes
 	build/lockstep list
@@ -74,16 +100,17 @@ run: build/lockstep  ## simulate SCENE=flag_33, write frames for ParaView (OUT=b
 	  $(if $(VARIANT),--variant $(VARIANT)) $(if $(FORM),--form $(FORM)) $(if $(THREADS),--threads $(THREADS)) \
 	  $(if $(FRAMES),--frames $(FRAMES))
 
-diff:  ## show serial and openmp side by side: KERNEL=fluid/densities (WIDTH= of the terminal by default)
+diff: $(if $(FORM),build/lockstep)  ## show serial and openmp side by side: KERNEL=fluid/forces (FORM=cell_locks: its functions alone; WIDTH=)
 	@test -f 'serial/$(KERNEL).cpp' -a -f 'openmp/$(KERNEL).cpp' || \
 	  { echo "make diff: KERNEL='$(KERNEL)', expected one of: $(diff_kernels)" >&2; exit 2; }
 	@width=$(or $(WIDTH),$$(stty size 2>/dev/null < /dev/tty | cut -d ' ' -f 2)); \
-	  diff --side-by-side --width=$${width:-243} --expand-tabs 'serial/$(KERNEL).cpp' 'openmp/$(KERNEL).cpp' || true
+	  $(if $(FORM),$(PYTHON) -B verify/diff.py '$(KERNEL)' '$(FORM)' $${width:-243},diff --side-by-side --width=$${width:-243} --expand-tabs \
+	  'serial/$(KERNEL).cpp' 'openmp/$(KERNEL).cpp' || true)
 diff_kernels = $(patsubst serial/%.cpp,%,$(sort $(wildcard serial/*/*.cpp)))
 
 mutants: build/lockstep  ## plant known mistakes one by one: verify or the sanitizer must catch each (KERNEL=, SOME=12 a day)
 	$(PYTHON) -B tests/mutants/mutants.py --build $(BUILD) --compile='$(CXX) $(FLAGS)' --link='$(LINK)' --libs='$(LIBS)' \
-	  --tsan-compile='clang++-14 $(tsan_flags)' --tsan-link='clang++-14 $(tsan_flags) $(WRAPS)' --tsan-make='$(MAKE) tsan-build' \
+	  --tsan-compile='clang++-14 $(tsan_flags)' --tsan-link='clang++-14 $(tsan_flags) $(WRAPS)' --tsan-make='env -u MAKEFLAGS -u MAKELEVEL $(MAKE) tsan-build' \
 	  $(if $(KERNEL),--kernel $(KERNEL)) $(if $(SOME),--some $(SOME))
 
 tsan_flags = -std=c++20 -O1 -g $(isa_portable) -ffp-contract=off -fno-math-errno -fno-builtin -fopenmp -fsanitize=thread -Wall -Wextra
@@ -149,18 +176,36 @@ build/lockstep: $(BUILD)/lockstep
 	@ln -sfn $(BUILD:build/%=%)/lockstep $@
 
 $(BUILD)/lockstep: $(kernel) $(verify)
-	$(LINK) $^ $(LIBS) -o $@
+	$(LINK) $(in_order) $(LIBS) -o $@
 
 $(BUILD)/unit_tests: $(kernel) $(filter-out $(BUILD)/verify/main.o,$(verify)) $(tests)
-	$(LINK) $^ $(LIBS) -lccd -lcholmod -lgtest_main -lgtest -pthread -o $@
+	$(LINK) $(in_order) $(LIBS) -lccd -lcholmod -lgtest_main -lgtest -pthread -o $@
 
-compile = @mkdir -p $(@D) && echo "compile $@" && $(CXX) $(FLAGS) -I. -I$(BUILD) -MMD -MP
-$(BUILD)/%.float.o: %.cpp Makefile
+level = -O3
+compile = @mkdir -p $(@D) && echo "compile $@" && $(CXX) $(FLAGS:-O3=$(level)) -I. -I$(BUILD) -MMD -MP
+$(BUILD)/%.float.o: %.cpp Makefile | $(BUILD)/needs
 	$(compile) -c $< -o $@
-$(BUILD)/%.double.o: %.cpp Makefile
+$(BUILD)/%.double.o: %.cpp Makefile | $(BUILD)/needs
 	$(compile) -DLOCKSTEP_REAL=double -c $< -o $@
-$(BUILD)/%.o: %.cpp Makefile
+$(BUILD)/%.o: %.cpp Makefile | $(BUILD)/needs
 	$(compile) -c $< -o $@
+
+# It runs on every x86-64 processor, to say that the rest does not.
+$(BUILD)/verify/processor.o: verify/processor.cpp Makefile | $(BUILD)/needs
+	$(compile) -march=x86-64 -c $< -o $@
+
+# Made if the compiler and the headers of all packages are there.
+$(tests): | $(BUILD)/needs_of_tests
+$(BUILD)/needs: headers = CLI/CLI.hpp libcli11-dev toml++/toml.h libtomlplusplus-dev nlohmann/json.hpp nlohmann-json3-dev \
+  libqhull_r/qhull_ra.h libqhull-dev eigen3/Eigen/Dense libeigen3-dev $(if $(findstring clang,$(CXX)),omp.h libomp-14-dev)
+$(BUILD)/needs_of_tests: headers = gtest/gtest.h libgtest-dev ccd/ccd.h libccd-dev suitesparse/cholmod.h libsuitesparse-dev
+$(BUILD)/needs $(BUILD)/needs_of_tests: Makefile
+	@mkdir -p $(@D)
+	@say() { echo "make:" $$* "missing; make deps installs all packages, README.md names them" >&2; exit 2; }; \
+	command -v $(firstword $(CXX)) >/dev/null || say "the compiler $(CXX) is"; \
+	missing=$$(printf '#if !__has_include(<%s>)\n%s\n#endif\n' $(headers) | $(CXX) -E -P -x c++ -) || exit 2; \
+	[ -z "$$missing" ] || say $$missing
+	@touch $@
 
 # The commit and flags of the build, for reports. The file is rewritten only when they change.
 $(BUILD)/verify/report.o: $(BUILD)/commit.h
@@ -171,3 +216,5 @@ $(BUILD)/commit.h: FORCE
 FORCE:
 
 -include $(shell find $(BUILD) -name '*.d' 2>/dev/null)
+
+endif

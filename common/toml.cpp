@@ -1,3 +1,4 @@
+#define TOML_IMPLEMENTATION
 #include "common/toml.h"
 
 #include <algorithm>

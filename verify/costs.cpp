@@ -9,7 +9,7 @@
 
 #include "common/array.h"
 #include "common/simd.h"
-#include "verify/report.h"
+#include "verify/program.h"
 
 namespace lockstep::verify {
 

@@ -10,7 +10,7 @@
 #include "common/input_error.h"
 #include "verify/names.h"
 #include "verify/options.h"
-#include "verify/report.h"
+#include "verify/program.h"
 
 namespace {
 

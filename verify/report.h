@@ -1,16 +1,15 @@
-// Reports: the machine, JSON files, and progress on the terminal.
+// Reports: the machine and JSON files.
 #pragma once
 
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "verify/program.h"
+
 namespace lockstep::verify {
 
 // cpu, cores, isa, lanes, compiler, flags, commit, date (UTC), omp settings.
 nlohmann::ordered_json machine();
-
-// The commit, the instruction set and the compiler, in one line.
-std::string version();
 
 // The version of the reports' layout. It grows when a field changes its meaning or goes.
 inline constexpr int schema = 1;
@@ -32,11 +31,5 @@ class Report {
   bool quick_;
   double written_ = 0;  // when, as now() says
 };
-
-// Seconds since some fixed moment.
-double now();
-
-// Prints "fluid/forces ..." on a terminal; the next line overwrites it. Prints nothing into a pipe.
-void progress(const std::string& what);
 
 }  // namespace lockstep::verify

@@ -20,7 +20,7 @@
 #include "verify/compare.h"
 #include "verify/held_team.h"
 #include "verify/options.h"
-#include "verify/report.h"
+#include "verify/program.h"
 #include "verify/simulation.h"
 #include "verify/team.h"
 
