@@ -1,7 +1,7 @@
 # All commands of the project; `make help` lists them.
 
 # A variable that no command knows is a mistake, such as threads=2 or KERNELS=fluid.
-variables := KERNEL FORM SCENE THREADS VARIANT FRAMES OUT RESUME QUICK FULL SOME SECONDS TARGET STEPS WIDTH \
+variables := KERNEL FORM SCENE THREADS VARIANT FRAMES OUT RESUME FORCE QUICK FULL SOME SECONDS TARGET STEPS WIDTH \
   ISA BUILD CXX FLAGS LIBS PYTHON
 # Words of a value, such as those of FLAGS, stand beside the names; they begin with a dash.
 given := $(foreach word,$(filter-out -%,$(MAKEOVERRIDES)),$(if $(findstring =,$(word)),$(firstword $(subst =, ,$(word)))))
@@ -27,7 +27,7 @@ WRAPPED = GOMP_parallel GOMP_parallel_sections GOMP_parallel_loop_nonmonotonic_d
 WRAPS = $(WRAPPED:%=-Wl,--wrap=%)
 LINK  = $(CXX) $(FLAGS) $(WRAPS)
 PYTHON = /usr/bin/python3
-DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libqhull-dev libeigen3-dev libsuitesparse-dev libccd-dev libgtest-dev python3-matplotlib clang-14 libomp-14-dev libclang-rt-14-dev
+DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libqhull-dev libeigen3-dev libsuitesparse-dev libccd-dev libgtest-dev python3-matplotlib python3-vtk9 clang-14 libomp-14-dev libclang-rt-14-dev
 
 # The folder of objects; each configuration has its own.
 BUILD := build/$(ISA)
@@ -68,9 +68,9 @@ figures: build/lockstep  ## redraw the papers' figures into build/figures/: inde
 	build/lockstep figures $(quick) --out build/figures
 	$(PYTHON) notes/figures/draw.py build/figures
 
-run: build/lockstep  ## simulate SCENE=flag_33, write frames for ParaView (OUT=build/frames/flag_33 FRAMES= VARIANT= FORM= THREADS= RESUME=1)
+run: build/lockstep  ## simulate SCENE=flag_33, write frames for ParaView (OUT=build/frames/flag_33 FRAMES= VARIANT= FORM= THREADS= RESUME=1 FORCE=1)
 	build/lockstep run --scene '$(or $(SCENE),$(error SCENE= says which scene to run))' \
-	  --out "$(or $(OUT),build/frames/$$(basename '$(SCENE)' .toml))" $(if $(RESUME),--resume) \
+	  --out "$(or $(OUT),build/frames/$$(basename '$(SCENE)' .toml))" $(if $(RESUME),--resume) $(if $(FORCE),--force) \
 	  $(if $(VARIANT),--variant $(VARIANT)) $(if $(FORM),--form $(FORM)) $(if $(THREADS),--threads $(THREADS)) \
 	  $(if $(FRAMES),--frames $(FRAMES))
 
