@@ -6,7 +6,6 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <regex>
@@ -43,7 +42,7 @@ std::vector<Found> files_of_runs(const std::string& folder) {
   return found;
 }
 
-void remove(const fs::path& path) {
+void remove_file(const fs::path& path) {
   std::error_code error;
   if (!fs::remove(path, error)) throw InputError(path.string() + ": cannot be removed: " + error.message());
 }
@@ -81,7 +80,7 @@ void Frames::make_room(bool replace) const {
     throw InputError(folder_ + ": holds the frames of " + (who.empty() ? "another run" : who) +
                      "; --force replaces them" + (who.empty() ? "" : ", --resume goes on with them"));
   }
-  for (const Found& file : files) remove(file.path);
+  for (const Found& file : files) remove_file(file.path);
 }
 
 void Frames::write_fixed() const {
@@ -91,7 +90,7 @@ void Frames::write_fixed() const {
 
 void Frames::forget_after(int frame) const {
   for (const Found& file : files_of_runs(folder_))
-    if (file.frame > frame) remove(file.path);
+    if (file.frame > frame) remove_file(file.path);
 }
 
 void Frames::write(int frame) {
