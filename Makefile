@@ -27,7 +27,7 @@ WRAPPED = GOMP_parallel GOMP_parallel_sections GOMP_parallel_loop_nonmonotonic_d
 WRAPS = $(WRAPPED:%=-Wl,--wrap=%)
 LINK  = $(CXX) $(FLAGS) $(WRAPS)
 PYTHON = /usr/bin/python3
-DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libqhull-dev libeigen3-dev libsuitesparse-dev libccd-dev libgtest-dev python3-matplotlib python3-vtk9 clang-14 libomp-14-dev libclang-rt-14-dev
+DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libqhull-dev libeigen3-dev libsuitesparse-dev libccd-dev libgtest-dev python3-matplotlib python3-vtk9 xvfb xauth clang-14 libomp-14-dev libclang-rt-14-dev
 
 # The folder of objects; each configuration has its own.
 BUILD := build/$(ISA)
@@ -38,7 +38,7 @@ kernel := $(serial) $(patsubst %.cpp,$(BUILD)/%.o,$(shell find openmp common -na
 verify := $(patsubst %.cpp,$(BUILD)/%.o,$(shell find verify -name '*.cpp'))
 tests  := $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard tests/*_test.cpp))
 
-.PHONY: all deps list verify test bench figures run diff mutants tsan tsan-build sanitize determinism portable fuzz endure extremes clean help
+.PHONY: all deps list verify test bench figures pictures run diff mutants tsan tsan-build sanitize determinism portable fuzz endure extremes clean help
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-builtin-rules
 
@@ -56,6 +56,7 @@ verify: build/lockstep  ## compare every kernel with its serial twin (KERNEL= FO
 
 test: $(BUILD)/unit_tests build/lockstep  ## unit, property and fault tests
 	$(PYTHON) tests/figures_test.py
+	$(PYTHON) tests/frames_test.py
 	LOCKSTEP=build/lockstep $(BUILD)/unit_tests --gtest_brief=1
 
 bench: build/lockstep  ## time every kernel (KERNEL= FORM= SCENE= THREADS=1,2 QUICK=1: rough); build/bench.json
@@ -67,6 +68,11 @@ figures: build/lockstep  ## redraw the papers' figures into build/figures/: inde
 	build/lockstep scale $(quick) --json build/figures/scale.json
 	build/lockstep figures $(quick) --out build/figures
 	$(PYTHON) notes/figures/draw.py build/figures
+
+pictures: build/lockstep  ## render README's pictures, notes/pictures/*.png, from frames of our own
+	for run in castle_hit:54 dam_break_100k:200 garment:150 mesh_96:1; do \
+	  build/lockstep run --scene $${run%:*} --frames $${run#*:} --out build/pictures/$${run%:*} --force || exit 1; done
+	xvfb-run -a $(PYTHON) notes/pictures/render.py build/pictures notes/pictures
 
 run: build/lockstep  ## simulate SCENE=flag_33, write frames for ParaView (OUT=build/frames/flag_33 FRAMES= VARIANT= FORM= THREADS= RESUME=1 FORCE=1)
 	build/lockstep run --scene '$(or $(SCENE),$(error SCENE= says which scene to run))' \

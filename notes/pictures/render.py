@@ -4,12 +4,12 @@ FRAMES holds a folder a scene, as `make pictures` makes them; PICTURES gets NAME
 VTK of Debian renders into an X server: without one, xvfb-run gives it one.
 """
 
-import json
 import pathlib
 import sys
 
 import numpy as np
 import vtk
+from PIL import Image
 from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 WIDTH, HEIGHT = 1200, 800
@@ -25,21 +25,17 @@ def read(path):
     return reader.GetOutput()
 
 
-def at(folder, time, part="frame"):
-    """The frame of a part at a time, s."""
-    files = json.loads((folder / f"{part}.vtk.series").read_text())["files"]
-    return read(folder / min(files, key=lambda file: abs(file["time"] - time))["name"])
+def last(folder, part="frame"):
+    """The last frame of a part: how many there are is the moment to show."""
+    return read(max(folder.glob(f"{part}_*.vtk")))
 
 
-def colours(low, high, stops, log=False):
+def colours(low, high, stops):
     """A table of colours between stops, #rrggbb."""
     function = vtk.vtkColorTransferFunction()
     function.SetColorSpaceToLab()
-    places = np.geomspace(low, high, len(stops)) if log else np.linspace(low, high, len(stops))
-    for x, stop in zip(places, stops):
-        function.AddRGBPoint(x, *(int(stop[k : k + 2], 16) / 255 for k in (1, 3, 5)))
-    if log:
-        function.SetScaleToLog10()
+    for x, stop in zip(np.linspace(low, high, len(stops)), stops):
+        function.AddRGBPoint(x, *rgb(stop))
     return function
 
 
@@ -132,15 +128,10 @@ def render(path, actors, eye, focus, shade, angle=30, bars=()):
     image = vtk.vtkWindowToImageFilter()
     image.SetInput(window)
     image.ReadFrontBufferOff()
-    smaller = vtk.vtkImageShrink3D()
-    smaller.SetInputConnection(image.GetOutputPort())
-    smaller.SetShrinkFactors(FINER, FINER, 1)
-    smaller.MeanOn()
-    writer = vtk.vtkPNGWriter()
-    writer.SetCompressionLevel(9)
-    writer.SetFileName(str(path))
-    writer.SetInputConnection(smaller.GetOutputPort())
-    writer.Write()
+    image.Update()
+    pixels = vtk_to_numpy(image.GetOutput().GetPointData().GetScalars()).reshape(FINER * HEIGHT, FINER * WIDTH, 3)
+    picture = Image.fromarray(np.ascontiguousarray(pixels[::-1])).reduce(FINER)
+    picture.quantize(128, dither=Image.Dither.NONE).save(path, optimize=True)
     print(path)
 
 
@@ -159,9 +150,9 @@ def round_surface(points, radius):
 
 def castle(frames, path):
     """The castle after the shot, bricks by their speed."""
-    folder, time = frames / "castle_hit", 0.9
-    bricks, bodies = at(folder, time), at(folder, time, "bodies")
-    table = colours(0.05, 20, ("#d9cfbd", "#dcc48e", "#e09f3e", "#c8553d", "#7a1f3d"), log=True)
+    folder = frames / "castle_hit"
+    bricks, bodies = last(folder), last(folder, "bodies")
+    table = colours(0, 20, ("#d9cfbd", "#e0a84e", "#d0603c", "#a8333f", "#6a1a3a"))
     shown = [actor(bricks, table=table, array="speed", cells=True), actor(read(folder / "ground.vtk"), "#f1efeb")]
     # The ball is a body of kind 0.
     kinds = vtk_to_numpy(bodies.GetPointData().GetArray("kind"))
@@ -172,18 +163,18 @@ def castle(frames, path):
         sphere.SetThetaResolution(64)
         sphere.SetPhiResolution(32)
         shown.append(actor(sphere, "#2b2f38"))
-    render(path, shown, eye=(-45, 30, -62), focus=(-4, 3, -6), shade=1.2, bars=[bar(table, "speed, m/s", 5)])
+    render(path, shown, eye=(-46, 34, -66), focus=(1, 4, -8), shade=1.2, bars=[bar(table, "speed, m/s", 5)])
 
 
 def dam_break(frames, path):
     """The dam break as the wave breaks at the far wall, particles by their speed."""
-    folder, time = frames / "dam_break_100k", 0.2
-    water, spacing = at(folder, time), 0.00234
+    folder = frames / "dam_break_100k"
+    water, spacing = last(folder), 0.00234
     velocity = vtk_to_numpy(water.GetPointData().GetArray("velocity"))
     speed = numpy_to_vtk(np.linalg.norm(velocity, axis=1))
     speed.SetName("speed")
     water.GetPointData().AddArray(speed)
-    table = colours(0, 1.6, ("#0b2f6b", "#1f6fb5", "#5fb3dd", "#bfe6f2", "#ffffff"))
+    table = colours(0, 1.6, ("#0b2f6b", "#1f6fb5", "#5fb3dd", "#b5e2ef", "#e8f7fa"))
     mapper = round_surface(water, 0.6 * spacing)
     mapper.SetScalarModeToUsePointFieldData()
     mapper.SelectColorArray("speed")
@@ -195,7 +186,7 @@ def dam_break(frames, path):
     edges = actor(read(folder / "box.vtk"), "#9a9a9a")
     edges.GetProperty().SetLineWidth(1.5 * FINER)
     edges.GetProperty().LightingOff()
-    render(path, [particles, edges], eye=(0.16, 0.12, 0.36), focus=(0, -0.012, 0), shade=0.01, bars=[bar(table, "speed, m/s", 5)])
+    render(path, [particles, edges], eye=(-0.21, 0.15, 0.42), focus=(0.012, 0.002, 0), shade=0.01, bars=[bar(table, "speed, m/s", 5)])
 
 
 def smooth(data):
@@ -209,7 +200,7 @@ def smooth(data):
 def garment(frames, path):
     """The poncho, draped."""
     folder = frames / "garment"
-    cloth = actor(smooth(at(folder, 2.4)), "#b23a48")
+    cloth = actor(smooth(last(folder)), "#b23a48")
     back = vtk.vtkProperty()
     back.DeepCopy(cloth.GetProperty())
     back.SetColor(*rgb("#7d2934"))
@@ -220,25 +211,42 @@ def garment(frames, path):
 
 def level_set(frames, path):
     """The surface of the knot, and a slice of the distances about it."""
-    phi = at_last(frames / "mesh_96")
+    phi = last(frames / "mesh_96")
     surface = vtk.vtkContourFilter()
     surface.SetInputData(phi)
     surface.SetValue(0, 0)
+    surface.ComputeNormalsOff()
     band = phi.GetScalarRange()[1]
     plane = vtk.vtkPlane()
     plane.SetOrigin(0.5, 0.5, 0.5)
     plane.SetNormal(0, 0, 1)
-    slice = vtk.vtkCutter()
-    slice.SetInputData(phi)
-    slice.SetCutFunction(plane)
-    table = colours(-band, band, ("#8c2d04", "#f16913", "#fff5eb", "#6baed6", "#08306b"))
-    distances = actor(slice, table=table, array="phi")
+    cut = vtk.vtkCutter()
+    cut.SetInputData(phi)
+    cut.SetCutFunction(plane)
+    table = colours(0, band, ("#ffffff", "#c6dbef", "#6baed6", "#2171b5", "#08306b"))
+    near = vtk.vtkClipPolyData()  # distances are computed in a band about the surface
+    near.SetInputConnection(cut.GetOutputPort())
+    near.SetValue(0.9 * band)
+    near.InsideOutOn()
+    distances = actor(near, table=table, array="phi")
     distances.GetProperty().LightingOff()
-    render(path, [actor(surface, "#d9d2c5"), distances], eye=(0.9, 1.5, 2.6), focus=(0.5, 0.5, 0.5), shade=0.05)
+    lines = vtk.vtkContourFilter()
+    lines.SetInputConnection(cut.GetOutputPort())
+    lines.GenerateValues(4, 0.2 * band, 0.8 * band)
+    levels = actor(lines, "#303030")
+    levels.GetProperty().LightingOff()
+    levels.GetProperty().SetLineWidth(FINER)
+    smoothed = vtk.vtkPolyDataNormals()
+    smoothed.SetInputConnection(surface.GetOutputPort())
+    smoothed.SplittingOff()
+    frame = vtk.vtkOutlineFilter()
+    frame.SetInputData(phi)
+    edges = actor(frame, "#9a9a9a")
+    edges.GetProperty().SetLineWidth(1.5 * FINER)
+    edges.GetProperty().LightingOff()
+    shown = [actor(smoothed, "#d9d2c5"), distances, levels, edges]
+    render(path, shown, eye=(1.0, 1.35, 2.95), focus=(0.55, 0.5, 0.5), shade=0.05, bars=[bar(table, "distance, m", 5)])
 
-
-def at_last(folder):
-    return read(max(folder.glob("frame_*.vtk")))
 
 
 pictures = {"castle": castle, "dam_break": dam_break, "garment": garment, "level_set": level_set}
