@@ -27,28 +27,30 @@ Axes axes_along(const Vector& y, const Vector& origin) {
   return {origin, x, y, cross(x, y)};
 }
 
-// Rings around y from the south to the north. The two rings of the equator of a sphere coincide.
+// Rings around y from the south to the north. A sphere has its equator once.
 void add_capsule(Surfaces& to, const Axes& axes, float half, float radius, int sides) {
-  const int quarter = sides / 4, last = 2 * quarter - 1;
+  const int quarter = sides / 4;
   const int south = to.add_point(axes({0, -half - radius, 0}));
-  for (int ring = 0; ring <= last; ++ring) {
-    const bool northern = ring >= quarter;
-    const int steps = northern ? ring - quarter : ring + 1 - quarter;  // from the equator
+  int rings = 0;
+  const auto add_ring = [&](float middle, int steps) {
     const float latitude = std::numbers::pi_v<float> / 2 * steps / quarter;
-    const float y = (northern ? half : -half) + radius * std::sin(latitude), r = radius * std::cos(latitude);
+    const float y = middle + radius * std::sin(latitude), r = radius * std::cos(latitude);
     for (int k = 0; k < sides; ++k) {
       const float angle = 2 * std::numbers::pi_v<float> / sides * k;
       to.add_point(axes({r * std::sin(angle), y, r * std::cos(angle)}));
     }
-  }
+    ++rings;
+  };
+  for (int steps = 1 - quarter; steps <= 0; ++steps) add_ring(-half, steps);
+  for (int steps = half > 0 ? 0 : 1; steps < quarter; ++steps) add_ring(half, steps);
   const int north = to.add_point(axes({0, half + radius, 0}));
+
   const auto at = [&](int ring, int k) { return south + 1 + ring * sides + k % sides; };
   for (int k = 0; k < sides; ++k) {
     to.add_polygon(std::array{south, at(0, k + 1), at(0, k)});
-    for (int ring = 0; ring < last; ++ring)
-      if (half > 0 || ring != quarter - 1)
-        to.add_polygon(std::array{at(ring, k), at(ring, k + 1), at(ring + 1, k + 1), at(ring + 1, k)});
-    to.add_polygon(std::array{at(last, k), at(last, k + 1), north});
+    for (int ring = 0; ring + 1 < rings; ++ring)
+      to.add_polygon(std::array{at(ring, k), at(ring, k + 1), at(ring + 1, k + 1), at(ring + 1, k)});
+    to.add_polygon(std::array{at(rings - 1, k), at(rings - 1, k + 1), north});
   }
 }
 
