@@ -1,7 +1,7 @@
 # All commands of the project; `make help` lists them.
 
 # A variable that no command knows is a mistake, such as threads=2 or KERNELS=fluid.
-variables := KERNEL FORM SCENE THREADS VARIANT FRAMES OUT RESUME QUICK FULL SOME SECONDS TARGET STEPS WIDTH \
+variables := KERNEL FORM SCENE THREADS VARIANT FRAMES OUT RESUME FORCE QUICK FULL SOME SECONDS TARGET STEPS WIDTH \
   ISA BUILD CXX FLAGS LIBS PYTHON
 # Words of a value, such as those of FLAGS, stand beside the names; they begin with a dash.
 given := $(foreach word,$(filter-out -%,$(MAKEOVERRIDES)),$(if $(findstring =,$(word)),$(firstword $(subst =, ,$(word)))))
@@ -41,7 +41,7 @@ WRAPPED = GOMP_parallel GOMP_parallel_sections GOMP_parallel_loop_nonmonotonic_d
 WRAPS = $(WRAPPED:%=-Wl,--wrap=%)
 LINK  = $(CXX) $(FLAGS) $(WRAPS)
 PYTHON = /usr/bin/python3
-DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libqhull-dev libeigen3-dev libsuitesparse-dev libccd-dev libgtest-dev python3-matplotlib clang-14 libomp-14-dev libclang-rt-14-dev
+DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libqhull-dev libeigen3-dev libsuitesparse-dev libccd-dev libgtest-dev python3-matplotlib python3-vtk9 xvfb xauth clang-14 libomp-14-dev libclang-rt-14-dev
 
 # The folder of objects; each configuration has its own.
 BUILD := build/$(ISA)
@@ -56,13 +56,13 @@ tests  := $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard tests/*_test.cpp))
 # What no benchmark times is compiled at -O1: the truth, readers of scenes, the verifier except what measures, and the
 # tests. Results have the same bits: notes/design.md.
 readers := $(filter %/toml.o %/scene.o %/scene_reader.o %/scene_values.o %/scene_generators.o %/mass.o %/obj.o %/matrix_market.o,$(kernel))
-measuring := $(patsubst %,$(BUILD)/verify/%.o,bench costs record record_wraps samples team)
+measuring := $(patsubst %,$(BUILD)/verify/%.o,bench costs crew held_team record record_wraps samples team)
 untimed := $(truth) $(readers) $(filter-out $(measuring),$(verify)) $(tests)
 $(untimed): level = -O1
 # The linker keeps the first copy of an inline function, so those at -O1 come last.
 in_order = $(filter-out $(untimed),$^) $(filter $(untimed),$^)
 
-.PHONY: all deps list verify test bench figures run diff mutants tsan tsan-build sanitize determinism portable fuzz endure extremes clean help
+.PHONY: all deps list verify test bench figures pictures run diff mutants tsan tsan-build sanitize determinism portable fuzz endure extremes clean help
 .DELETE_ON_ERROR:
 
 all: build/lockstep  ## build everything, with the best ISA of this machine (ISA=avx512|avx2|portable)
@@ -82,6 +82,7 @@ verify: build/lockstep  ## compare every kernel with its serial twin (KERNEL= FO
 
 test: $(BUILD)/unit_tests build/lockstep  ## unit, property and fault tests
 	$(PYTHON) tests/figures_test.py
+	$(PYTHON) tests/frames_test.py
 	LOCKSTEP=build/lockstep $(BUILD)/unit_tests --gtest_brief=1
 
 bench: build/lockstep  ## time every kernel (KERNEL= FORM= SCENE= THREADS=1,2 QUICK=1: rough); build/bench.json
@@ -94,9 +95,14 @@ figures: build/lockstep  ## redraw the papers' figures into build/figures/: inde
 	build/lockstep figures $(quick) --out build/figures
 	$(PYTHON) notes/figures/draw.py build/figures
 
-run: build/lockstep  ## simulate SCENE=flag_33, write frames for ParaView (OUT=build/frames/flag_33 FRAMES= VARIANT= FORM= THREADS= RESUME=1)
+pictures: build/lockstep  ## render README's pictures, notes/pictures/*.png, from frames of our own
+	for run in castle_hit:54 dam_break_100k:200 garment:150 mesh_96:1; do \
+	  build/lockstep run --scene $${run%:*} --frames $${run#*:} --out build/pictures/$${run%:*} --force || exit 1; done
+	xvfb-run -a $(PYTHON) notes/pictures/render.py build/pictures notes/pictures
+
+run: build/lockstep  ## simulate SCENE=flag_33, write frames for ParaView (OUT=build/frames/flag_33 FRAMES= VARIANT= FORM= THREADS= RESUME=1 FORCE=1)
 	build/lockstep run --scene '$(or $(SCENE),$(error SCENE= says which scene to run))' \
-	  --out "$(or $(OUT),build/frames/$$(basename '$(SCENE)' .toml))" $(if $(RESUME),--resume) \
+	  --out "$(or $(OUT),build/frames/$$(basename '$(SCENE)' .toml))" $(if $(RESUME),--resume) $(if $(FORCE),--force) \
 	  $(if $(VARIANT),--variant $(VARIANT)) $(if $(FORM),--form $(FORM)) $(if $(THREADS),--threads $(THREADS)) \
 	  $(if $(FRAMES),--frames $(FRAMES))
 

@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <ostream>
 #include <string_view>
 
@@ -16,14 +17,8 @@ void add_word(std::string& bytes, std::uint32_t word) {
   for (const int shift : {24, 16, 8, 0}) bytes += static_cast<char>(word >> shift);
 }
 
-void write_head(std::ostream& out, const std::string& title, std::string_view dataset, std::optional<double> time) {
+void write_head(std::ostream& out, const std::string& title, std::string_view dataset) {
   out << "# vtk DataFile Version 3.0\n" << title << "\nBINARY\nDATASET " << dataset << '\n';
-  if (!time) return;
-  const auto bits = std::bit_cast<std::uint64_t>(*time);
-  std::string bytes;
-  add_word(bytes, static_cast<std::uint32_t>(bits >> 32));
-  add_word(bytes, static_cast<std::uint32_t>(bits));
-  out << "FIELD FieldData 1\nTimeValue 1 1 double\n" << bytes << '\n';
 }
 
 void write_section(std::ostream& out, const Fill& fill) {
@@ -50,7 +45,8 @@ void write_values(std::ostream& out, std::string_view of, std::int64_t count, co
     if (type == Type::vectors)
       out << "VECTORS " << name << " float\n";
     else
-      out << "SCALARS " << name << (type == Type::ints ? " int" : " float") << " 1\nLOOKUP_TABLE default\n";
+      out << "SCALARS " << name << (type == Type::ints ? " int " : " float ") << (type == Type::quaternions ? 4 : 1)
+          << "\nLOOKUP_TABLE default\n";
     write_section(out, fill);
   }
 }
@@ -80,11 +76,8 @@ void write_xml(std::ostream& out, const Image& image) {
   out << "<?xml version=\"1.0\"?>\n"
       << "<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n"
       << "<ImageData WholeExtent=\"" << extent << "\" Origin=\"" << origin_of(image) << "\" Spacing=\""
-      << spacing_of(image) << "\">\n";
-  if (image.time)
-    out << "<FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">"
-        << digits_of(*image.time, 17) << "</DataArray>\n</FieldData>\n";
-  out << "<Piece Extent=\"" << extent << "\">\n<PointData Scalars=\"" << image.name << "\">\n"
+      << spacing_of(image) << "\">\n"
+      << "<Piece Extent=\"" << extent << "\">\n<PointData Scalars=\"" << image.name << "\">\n"
       << "<DataArray type=\"Float32\" Name=\"" << image.name << "\" format=\"appended\" offset=\"0\"/>\n"
       << "</PointData>\n</Piece>\n</ImageData>\n<AppendedData encoding=\"raw\">\n_";
   out.write(reinterpret_cast<const char*>(&bytes), sizeof bytes);
@@ -95,7 +88,7 @@ void write_xml(std::ostream& out, const Image& image) {
 }
 
 void write_legacy(std::ostream& out, const Image& image) {
-  write_head(out, image.title, "STRUCTURED_POINTS", image.time);
+  write_head(out, image.title, "STRUCTURED_POINTS");
   out << "DIMENSIONS " << image.points[0] << ' ' << image.points[1] << ' ' << image.points[2] << '\n'
       << "ORIGIN " << origin_of(image) << '\n'
       << "SPACING " << spacing_of(image) << '\n'
@@ -115,7 +108,7 @@ void Words::add(float x) { add_word(bytes, std::bit_cast<std::uint32_t>(x)); }
 
 void write(const std::string& path, const PolyData& data) {
   write_file(path, [&](std::ostream& out) {
-    write_head(out, data.title, "POLYDATA", data.time);
+    write_head(out, data.title, "POLYDATA");
     write_points(out, data.points, data.positions);
     write_cells(out, "VERTICES", data.vertices);
     write_cells(out, "LINES", data.lines);
@@ -128,7 +121,7 @@ void write(const std::string& path, const PolyData& data) {
 
 void write(const std::string& path, const UnstructuredGrid& data) {
   write_file(path, [&](std::ostream& out) {
-    write_head(out, data.title, "UNSTRUCTURED_GRID", data.time);
+    write_head(out, data.title, "UNSTRUCTURED_GRID");
     write_points(out, data.points, data.positions);
     write_cells(out, "CELLS", data.cells);
     const auto add_types = [&](Words& words) {
@@ -146,6 +139,13 @@ void write(const std::string& path, const Image& image) {
   if (extension != ".vti" && extension != ".vtk")
     throw InputError(path + ": expected a name that ends in .vti or .vtk");
   write_file(path, [&](std::ostream& out) { (extension == ".vti" ? write_xml : write_legacy)(out, image); });
+}
+
+void write_series(const std::string& path, const std::vector<Moment>& moments) {
+  nlohmann::ordered_json files = nlohmann::ordered_json::array();
+  for (const auto& [name, time] : moments) files.push_back({{"name", name}, {"time", time}});
+  const nlohmann::ordered_json series = {{"file-series-version", "1.0"}, {"files", files}};
+  write_file(path, [&](std::ostream& out) { out << series.dump() << '\n'; });
 }
 
 }  // namespace lockstep::vtk

@@ -4,16 +4,15 @@
 // files have version 3.0: lines of text, and after some of them numbers as big-endian words. Each write throws
 // InputError where the file cannot be written, and then leaves nothing behind.
 //
-// A time (s) is written as the field data `TimeValue`. ParaView takes a step's time from it in XML files; in legacy
-// files it is one number more about the step.
+// Files hold no times, which ParaView does not read from legacy files: a series of files has them.
 //
-// Source: VTK File Formats, in The VTK User's Guide, Kitware; time: VTK, "Field Data as Time Meta-Data".
+// Source: VTK File Formats, in The VTK User's Guide, Kitware; series: ParaView, "JSON based new meta file format for
+// series added".
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <functional>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -42,9 +41,9 @@ Fill each(const Array& array) {
   };
 }
 
-enum class Type { ints, floats, vectors };
+enum class Type { ints, floats, vectors, quaternions };
 
-// A number or a vector a point, or a cell.
+// A number, three or four a point, or a cell. VTK's quaternions begin with w.
 struct Values {
   std::string name;
   Type type;
@@ -63,7 +62,6 @@ struct PolyData {
   Fill positions;  // m, a vector a point
   Cells vertices = {}, lines = {}, polygons = {};
   std::vector<Values> point_data = {}, cell_data = {};
-  std::optional<double> time = {};
 };
 void write(const std::string& path, const PolyData& data);
 
@@ -77,7 +75,6 @@ struct UnstructuredGrid {
   CellType type;  // of all cells
   Cells cells;
   std::vector<Values> point_data = {}, cell_data = {};
-  std::optional<double> time = {};
 };
 void write(const std::string& path, const UnstructuredGrid& data);
 
@@ -88,11 +85,18 @@ struct Image {
   Vector3<double> origin;                                    // m, of point (0, 0, 0)
   double spacing;                                            // m
   std::function<std::span<const float>(int y, int z)> line;  // the numbers along x, good until the next call
-  std::optional<double> time = {};
 };
 
 // By the end of the path: `.vti` is VTK's XML with the numbers in binary, `.vtk` a legacy file. Throws InputError where
 // the path ends otherwise.
 void write(const std::string& path, const Image& image);
+
+// A file of a series, beside the series' own file, and its time.
+struct Moment {
+  std::string name;
+  double time;  // s
+};
+// ParaView opens a `.vtk.series` as one set of data that changes with time.
+void write_series(const std::string& path, const std::vector<Moment>& moments);
 
 }  // namespace lockstep::vtk

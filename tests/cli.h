@@ -8,10 +8,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <functional>
 #include <set>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/temporary_folder.h"
@@ -101,6 +103,15 @@ struct Cli : TemporaryFolder {
   std::string scene(const std::string& text, const std::string& name = "scene.toml") const {
     write_bytes(path(name), text);
     return path(name);
+  }
+
+  // Waits until a program that was started has written the file.
+  void wait_for(const std::string& file) const {
+    const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (!std::filesystem::exists(path(file))) {
+      ASSERT_LT(std::chrono::steady_clock::now(), give_up) << file;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
   }
 
   // Expects exit code 2, at most `lines` lines of error that contain `about`, and no new file.

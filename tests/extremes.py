@@ -82,7 +82,7 @@ def run(name, text, frames, limit):
         child.returncode = 0  # already waited for, by wait4
     seconds = time.monotonic() - start
     lines = (folder / "said").read_text().splitlines()
-    wrote = sorted(path.name for path in folder.glob("frames/*.vtk"))
+    wrote = sorted(path.name for path in folder.glob("frames/frame_*.vtk"))
     shutil.rmtree(folder / "frames", ignore_errors=True)  # large
     code = status >> 8 if status & 127 == 0 else -(status & 127)
     return code, seconds, usage.ru_maxrss / 1024, lines, wrote

@@ -242,24 +242,33 @@ TEST_F(RigidSceneTest, WritesFramesForParaView) {
            "[[body]]\nsphere = 0.5\nposition = [-1, 2, 0]\n[[body]]\ncapsule = { half = 2, radius = 0.5 }\n"
            "[[body]]\nhull = \"a\"\nmass = 1\n[[body]]\nmesh = \"a.obj\"\n[[body]]\nplane = [0, 1, 0]\nposition = [0, "
            "-3, 0]\n");
-  write_vtk(path("a.vtk"), scene.world);
-  const Frame frame = read_vtk(read_bytes(path("a.vtk")));
-  EXPECT_EQ(std::ranges::count(frame.body, 0), 6);
-  EXPECT_EQ(std::ranges::count(frame.body, 3), 4);
-  EXPECT_EQ(std::ranges::count(frame.body, 4), 4);
-  EXPECT_EQ(std::ranges::count(frame.body, 5), 1);
-  for (std::size_t c = 0; c < frame.cells.size(); ++c) EXPECT_EQ(frame.speed[c], frame.body[c] == 0 ? 7 : 0);
+  const auto frame_of = [&](Part part) {
+    EXPECT_TRUE(has(scene.world, part));
+    write_surfaces(path("a.vtk"), scene.world, part);
+    return read_vtk(read_bytes(path("a.vtk")));
+  };
+  const Frame moving = frame_of(Part::moving), fixed = frame_of(Part::fixed), planes = frame_of(Part::planes);
+  const auto cells_of = [](const Frame& frame, int body) { return std::ranges::count(frame.body, body); };
+  EXPECT_EQ(cells_of(moving, 0), 6);
+  EXPECT_EQ(cells_of(moving, 3), 4);
+  EXPECT_EQ(moving.cells.size(), 10u);
+  EXPECT_EQ(cells_of(fixed, 4), 4);
+  EXPECT_EQ(cells_of(fixed, 0) + cells_of(fixed, 3) + cells_of(fixed, 5), 0);
+  EXPECT_EQ(planes.body, std::vector{5});
+  for (std::size_t c = 0; c < moving.cells.size(); ++c) EXPECT_EQ(moving.speed[c], moving.body[c] == 0 ? 7 : 0);
   // Points are floats, of some metres.
-  EXPECT_NEAR(volume_of(frame, 0), 6, 1e-5);
-  EXPECT_NEAR(volume_of(frame, 3), 1. / 6, 1e-6);
-  EXPECT_NEAR(volume_of(frame, 4), 1. / 6, 1e-6);
+  EXPECT_NEAR(volume_of(moving, 0), 6, 1e-5);
+  EXPECT_NEAR(volume_of(moving, 3), 1. / 6, 1e-6);
+  EXPECT_NEAR(volume_of(fixed, 4), 1. / 6, 1e-6);
   // The corners lie on the sphere: the volume is less than the sphere's, and more than half of it.
-  const double sphere = volume_of(frame, 1), capsule = volume_of(frame, 2);
+  const double sphere = volume_of(fixed, 1), capsule = volume_of(fixed, 2);
   EXPECT_LT(sphere, M_PI / 6);
   EXPECT_GT(sphere, M_PI / 12);
   EXPECT_NEAR(capsule - sphere, 4 * .25 * 4 * std::sin(M_PI / 4), 1e-5) << "a prism of eight sides";
-  for (const int corner : frame.cells.back()) EXPECT_EQ(frame.points[corner].y, -3) << "the plane";
-  EXPECT_EQ(error_of([&] { write_vtk(path("none/a.vtk"), scene.world); }),
+  for (const Vector& p : planes.points) EXPECT_EQ(p.y, -3);
+  EXPECT_EQ(error_of([&] { write_surfaces(path("none/a.vtk"), scene.world, Part::moving); }),
+            path("none/a.vtk") + ": cannot be written: No such file or directory");
+  EXPECT_EQ(error_of([&] { write_bodies(path("none/a.vtk"), scene.world); }),
             path("none/a.vtk") + ": cannot be written: No such file or directory");
 }
 

@@ -95,8 +95,10 @@ int main(int argc, char** argv) {
                    "a .fluid, or of a level set .vti or .vtk file for the last state, or a folder for frames that "
                    "ParaView opens")
       ->required();
-
-  run_command->add_flag("--resume", run_options.resume, "go on from the last frame in the folder, bit for bit");
+  CLI::Option* resume =
+      run_command->add_flag("--resume", run_options.resume, "go on from the last frame in the folder, bit for bit");
+  run_command->add_flag("--force", run_options.force, "replace the frames of another run in the folder")
+      ->excludes(resume);
 
   EndureOptions endure_options;
   CLI::App* endure_command =

@@ -27,6 +27,7 @@ struct RunOptions {
   int frames = 0;    // the scene's number if 0
   std::string out;
   bool resume = false;  // from the last frame in `out`
+  bool force = false;   // replace the frames of another run in `out`
 };
 
 struct EndureOptions {

@@ -1,9 +1,9 @@
-// Simulates a scene and writes its frames or its final state.
+// Simulates a scene and writes its frames (verify/frames.h) or its final state.
 //
 // After each frame, the state that the next one needs is written beside it, so --resume continues bit for bit. Files
 // are written under another name and then renamed, so a run that is stopped in any way leaves whole frames only. The
-// state is written after its frame, so that no frame is missing. A frame that is newer than the state is computed
-// again, with the same bits.
+// state is written after its frame, so that no frame is missing. A frame that is newer than the state is removed and
+// computed again, with the same bits.
 #include <omp.h>
 
 #include <algorithm>
@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iterator>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,6 +20,7 @@
 #include "common/input_file.h"
 #include "verify/compare.h"
 #include "verify/held_team.h"
+#include "verify/frames.h"
 #include "verify/options.h"
 #include "verify/program.h"
 #include "verify/simulation.h"
@@ -26,12 +28,6 @@
 
 namespace lockstep::verify {
 namespace {
-
-void make_folder(const std::string& path) {
-  std::error_code error;
-  std::filesystem::create_directories(path, error);
-  if (error) throw InputError(path + ": cannot be made: " + error.message());
-}
 
 // Whether --out names one file, not a folder of frames.
 bool wants_one_file(const std::string& out, const std::vector<std::string>& formats) {
@@ -63,31 +59,27 @@ void stop_at_signals() {
   for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
 }
 
-}  // namespace
-
-namespace {
-
 int run_frames(const RunOptions& options) {
   const Simulation simulation = make_simulation(options);
   const int frames = options.frames > 0 ? options.frames : simulation.frames;
   const bool one_file = wants_one_file(options.out, simulation.state_formats),
              keeps_state = !one_file && !simulation.state.empty();
-  const std::string who = identity(simulation, options), state_file = options.out + "/state.lockstep";
+  const std::string who = identity(simulation, options);
   if (options.resume && !keeps_state) throw InputError("--resume: only what writes frames to a folder can go on");
 
+  std::optional<Frames> folder;
+  if (!one_file) folder.emplace(options.out, simulation, options.resume);
   const auto write_frame = [&](int frame) {
-    if (one_file) return;
-    char name[32];
-    std::snprintf(name, sizeof name, "/frame_%05d.vtk", frame);
-    simulation.write_frame(options.out + name);
-    if (keeps_state) write_state(state_file, who, frame, simulation.state);
+    if (folder) folder->write(frame);
+    if (keeps_state) write_state(folder->state_file(), who, frame, simulation.state);
   };
 
   int frame = 0;
   if (options.resume) {
-    frame = read_state(state_file, who, simulation.state);
+    frame = read_state(folder->state_file(), who, simulation.state);
+    folder->forget_after(frame);
   } else {
-    if (!one_file) make_folder(options.out);
+    if (folder) folder->make_room(options.force), folder->write_fixed();
     write_frame(0);
   }
   const int first = frame;
@@ -104,6 +96,7 @@ int run_frames(const RunOptions& options) {
     progress("frame " + std::to_string(frame) + " of " + std::to_string(frames));
   }
   progress("");
+  if (folder) folder->write_series(frame);
   if (!teams.are(omp_get_max_threads()))
     std::fprintf(stderr, "lockstep: %s\n", other_team(teams, omp_get_max_threads()).c_str());
   if (one_file) simulation.write_state(options.out);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <fstream>
 #include <iterator>
 #include <string_view>
 
@@ -77,6 +78,12 @@ int read_state(const std::string& path, const std::string& run, const std::vecto
     rest.remove_prefix(room.size());
   }
   return frame;
+}
+
+std::string run_of_state(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::string line;
+  return std::getline(in, line) && line == format && std::getline(in, line) ? line : "";
 }
 
 }  // namespace lockstep::verify

@@ -36,4 +36,7 @@ void write_state(const std::string& path, const std::string& run, int frame, con
 // another run; the arrays are then unchanged.
 int read_state(const std::string& path, const std::string& run, const std::vector<Kept>& state);
 
+// The run that wrote the file, as write_state was told; "" if the file cannot be read.
+std::string run_of_state(const std::string& path);
+
 }  // namespace lockstep::verify

@@ -11,6 +11,14 @@
 
 namespace lockstep::verify {
 
+// What ParaView shows of a simulation. A part that moves is a file a frame, NAME_00000.vtk and so on, others are one
+// file, NAME.vtk. Every name is known to verify/frames.cpp.
+struct Part {
+  std::string name;
+  bool moves;
+  std::function<void(const std::string& path)> write;
+};
+
 struct Simulation {
   std::string name;  // of the scene
   std::string form;  // the form of the step
@@ -18,7 +26,8 @@ struct Simulation {
   std::string unit;  // name of the elements: particles, points
   int frames;        // as the scene says
   std::function<void()> step;
-  std::function<void(const std::string& path)> write_frame;  // for ParaView
+  double time_step;                                          // s, of a frame; 0 if time does not pass
+  std::vector<Part> parts;                                   // a folder of frames has
   std::function<void(const std::string& path)> write_state;  // writes the final state as one file
   std::vector<std::string> state_formats;  // allowed extensions of that file; empty if no such format exists
   std::vector<Kept> state;                 // arrays that the next step needs; empty if there is one step only

@@ -12,4 +12,8 @@ namespace lockstep::cloth {
 // then leaves nothing behind.
 void write_vtk(const std::string& path, const Cloth<float>& cloth);
 
+// Writes the bodies that the cloth collides with, as large as it finds them (with the scene's `thickness`), as polygons
+// of such a file. Spheres and capsules have 32 sides; planes are squares that reach beyond the cloth as it is.
+void write_obstacles(const std::string& path, const Cloth<float>& cloth);
+
 }  // namespace lockstep::cloth

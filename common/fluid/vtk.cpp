@@ -29,4 +29,19 @@ void write_vtk(const std::string& path, const Particles<float>& particles, std::
                                    {"id", vtk::Type::ints, in_order([&](int i) { return particles.id[i]; })}}});
 }
 
+void write_box(const std::string& path, const Model<float>& model) {
+  std::vector<Vector3<float>> corners;  // 4 z + 2 y + x, from min to max
+  for (const float z : {model.domain_min.z, model.domain_max.z})
+    for (const float y : {model.domain_min.y, model.domain_max.y})
+      for (const float x : {model.domain_min.x, model.domain_max.x}) corners.push_back({x, y, z});
+  std::vector<std::int32_t> edges;
+  for (int corner = 0; corner < 8; ++corner)
+    for (const int axis : {1, 2, 4})
+      if (!(corner & axis)) edges.insert(edges.end(), {2, corner, corner | axis});
+  vtk::write(path, {.title = "Lockstep box of a fluid",
+                    .points = 8,
+                    .positions = vtk::each(corners),
+                    .lines = {12, 24, vtk::each(edges)}});
+}
+
 }  // namespace lockstep::fluid

@@ -1,12 +1,11 @@
 #include "common/rigid/vtk.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <vector>
 
+#include "common/surfaces.h"
 #include "common/vtk.h"
 
 namespace lockstep::rigid {
@@ -14,135 +13,132 @@ namespace {
 
 using Vector = Vector3<float>;
 
-// What the file will hold, as it grows.
-struct Polygons {
-  std::vector<Vector> points;
-  std::vector<std::int32_t> cells;  // of each the number of its corners, then the corners
-  std::vector<std::int32_t> bodies;
-  std::vector<float> speeds;
+Kind kind_of(const World<float>& world, int collider) { return static_cast<Kind>(world.colliders.kind[collider]); }
 
-  // The number of the point.
-  int add_point(const Vector& p) {
-    points.push_back(p);
-    return static_cast<int>(points.size()) - 1;
-  }
-  template <class Corners>
-  void add_cell(const Corners& corners, int body, float speed) {
-    cells.push_back(static_cast<std::int32_t>(std::size(corners)));
-    cells.insert(cells.end(), std::begin(corners), std::end(corners));
-    bodies.push_back(body);
-    speeds.push_back(speed);
-  }
-};
-
-// A collider on its way into the file.
-struct Placement {
-  Vector position;
-  Matrix3<float> turn;
-  int body;
-  float speed;
-
-  Vector operator()(const Vector& p) const { return position + turn * p; }
-};
-
-Placement place(const World<float>& world, int collider) {
-  const int body = world.colliders.body[collider];
-  const Pose<float>&pose = world.bodies.pose[body], &local = world.colliders.local[collider];
-  const Vector& v = world.bodies.motion[body].velocity;
-  return {pose.position + matrix_of(pose.orientation) * local.position, matrix_of(pose.orientation * local.orientation),
-          body, std::sqrt(dot(v, v))};
+bool belongs_to(Part part, const World<float>& world, int collider) {
+  if (kind_of(world, collider) == Kind::plane) return part == Part::planes;
+  return part == (world.bodies.inverse_mass[world.colliders.body[collider]].w > 0 ? Part::moving : Part::fixed);
 }
 
-void add_faces(Polygons& out, const World<float>& world, int collider) {
+Axes axes_of(const World<float>& world, int collider) {
+  const Pose<float>&body = world.bodies.pose[world.colliders.body[collider]], &local = world.colliders.local[collider];
+  const Matrix3<float> turn = matrix_of(body.orientation * local.orientation);
+  return {body.position + matrix_of(body.orientation) * local.position, turn.x, turn.y, turn.z};
+}
+
+void add_faces(Surfaces& to, const World<float>& world, int collider) {
   const Hulls<float>& hulls = world.hulls;
-  const Placement placed = place(world, collider);
+  const Axes axes = axes_of(world, collider);
   const int hull = world.colliders.hull[collider];
   const Quad<float>& scale = world.colliders.size[collider];
-  const int first_point = static_cast<int>(out.points.size());
+  const int first_point = static_cast<int>(to.points.size());
   for (int i = hulls.first_vertex[hull]; i < hulls.first_vertex[hull + 1]; ++i) {
     const Quad<float>& v = hulls.vertex[i];
-    out.add_point(placed({scale.x * v.x, scale.y * v.y, scale.z * v.z}));
+    to.add_point(axes({scale.x * v.x, scale.y * v.y, scale.z * v.z}));
   }
-  const bool one_side = static_cast<Kind>(world.colliders.kind[collider]) == Kind::triangle;
+  const bool one_side = kind_of(world, collider) == Kind::triangle;
   const int end = one_side ? hulls.first_face[hull] + 1 : hulls.first_face[hull + 1];
   for (int face = hulls.first_face[hull]; face < end; ++face) {
     std::vector<int> corners(hulls.corner.begin() + hulls.first_corner[face],
                              hulls.corner.begin() + hulls.first_corner[face + 1]);
     for (int& corner : corners) corner += first_point;
-    out.add_cell(corners, placed.body, placed.speed);
+    to.add_polygon(corners);
   }
 }
 
-// A capsule as rings around y. The two middle rings of a sphere, whose `half` is 0, coincide.
-void add_round(Polygons& out, const World<float>& world, int collider) {
-  constexpr int sides = 8;
-  const Placement placed = place(world, collider);
-  const float r = world.colliders.size[collider].w, half = world.colliders.size[collider].y,
-              slant = r * std::numbers::sqrt2_v<float> / 2;
-  struct Ring {
-    float y, radius;
-  };
-  const Ring rings[] = {{-half - slant, slant}, {-half, r}, {half, r}, {half + slant, slant}};
-  const int bottom = out.add_point(placed({0, -half - r, 0}));
-  for (const auto& [y, radius] : rings)
-    for (int k = 0; k < sides; ++k) {
-      const float angle = 2 * std::numbers::pi_v<float> / sides * k;
-      out.add_point(placed({radius * std::sin(angle), y, radius * std::cos(angle)}));
-    }
-  const int top = out.add_point(placed({0, half + r, 0}));
-  const auto at = [&](int ring, int k) { return bottom + 1 + ring * sides + k % sides; };
-  for (int k = 0; k < sides; ++k) {
-    out.add_cell(std::array{bottom, at(0, k + 1), at(0, k)}, placed.body, placed.speed);
-    for (const int ring : {0, 1, 2})
-      if (half > 0 || ring != 1)
-        out.add_cell(std::array{at(ring, k), at(ring, k + 1), at(ring + 1, k + 1), at(ring + 1, k)}, placed.body,
-                     placed.speed);
-    out.add_cell(std::array{at(3, k), at(3, k + 1), top}, placed.body, placed.speed);
-  }
-}
-
-// A square as large as the box around all bodies but planes, about the foot of the box's middle on the plane.
-void add_plane(Polygons& out, const World<float>& world, int collider) {
+// The plane reaches beyond the middles of all other colliders.
+void add_ground(Surfaces& to, const World<float>& world, int collider) {
   constexpr float infinity = std::numeric_limits<float>::infinity();
   Vector low{infinity, infinity, infinity}, high = -low;
   for (int i = 0; i < world.colliders.count; ++i) {
-    if (static_cast<Kind>(world.colliders.kind[i]) == Kind::plane) continue;
-    const Vector p = place(world, i).position;
+    if (kind_of(world, i) == Kind::plane) continue;
+    const Vector p = axes_of(world, i).origin;
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
-  const Placement placed = place(world, collider);
-  const bool alone = !(low.x <= high.x);
-  const Vector middle = alone ? placed.position : .5f * (low + high), diagonal = alone ? Vector{0, 0, 0} : high - low;
-  const Vector foot = transposed_times(placed.turn, middle - placed.position);
-  const float half = 1 + .6f * std::sqrt(dot(diagonal, diagonal));
-  const int first = static_cast<int>(out.points.size());
-  for (const auto& [x, z] : {std::array{-half, -half}, {-half, half}, {half, half}, {half, -half}})
-    out.add_point(placed({foot.x + x, 0, foot.z + z}));
-  out.add_cell(std::array{first, first + 1, first + 2, first + 3}, placed.body, placed.speed);
+  const Axes axes = axes_of(world, collider);
+  add_plane(to, axes.y, axes.origin, low, high);
+}
+
+void add_collider(Surfaces& to, const World<float>& world, int collider) {
+  constexpr int sides = 8;
+  const Quad<float>& size = world.colliders.size[collider];
+  switch (kind_of(world, collider)) {
+    case Kind::sphere:
+    case Kind::capsule:
+      return add_capsule(to, axes_of(world, collider), size.y, size.w, sides);
+    case Kind::plane:
+      return add_ground(to, world, collider);
+    default:
+      return add_faces(to, world, collider);
+  }
 }
 
 }  // namespace
 
-void write_vtk(const std::string& path, const World<float>& world) {
-  Polygons polygons;
+bool has(const World<float>& world, Part part) {
+  for (int i = 0; i < world.colliders.count; ++i)
+    if (belongs_to(part, world, i)) return true;
+  return false;
+}
+
+void write_surfaces(const std::string& path, const World<float>& world, Part part) {
+  Surfaces surfaces;
+  std::vector<std::int32_t> bodies;  // [polygon]
+  std::vector<float> speeds;         // [polygon]
   for (int i = 0; i < world.colliders.count; ++i) {
-    const Kind kind = static_cast<Kind>(world.colliders.kind[i]);
-    if (kind == Kind::sphere || kind == Kind::capsule)
-      add_round(polygons, world, i);
-    else if (kind == Kind::plane)
-      add_plane(polygons, world, i);
-    else
-      add_faces(polygons, world, i);
+    if (!belongs_to(part, world, i)) continue;
+    add_collider(surfaces, world, i);
+    const int body = world.colliders.body[i];
+    const Vector& v = world.bodies.motion[body].velocity;
+    bodies.resize(surfaces.count, body);
+    speeds.resize(surfaces.count, std::sqrt(dot(v, v)));
   }
-  const auto cells = static_cast<std::int64_t>(polygons.bodies.size());
-  const auto corners = static_cast<std::int64_t>(polygons.cells.size()) - cells;
+  const auto corners = static_cast<std::int64_t>(surfaces.polygons.size()) - surfaces.count;
   vtk::write(path, {.title = "Lockstep rigid bodies",
-                    .points = static_cast<std::int64_t>(polygons.points.size()),
-                    .positions = vtk::each(polygons.points),
-                    .polygons = {cells, corners, vtk::each(polygons.cells)},
-                    .cell_data = {{"body", vtk::Type::ints, vtk::each(polygons.bodies)},
-                                  {"speed", vtk::Type::floats, vtk::each(polygons.speeds)}}});
+                    .points = static_cast<std::int64_t>(surfaces.points.size()),
+                    .positions = vtk::each(surfaces.points),
+                    .polygons = {surfaces.count, corners, vtk::each(surfaces.polygons)},
+                    .cell_data = {{"body", vtk::Type::ints, vtk::each(bodies)},
+                                  {"speed", vtk::Type::floats, vtk::each(speeds)}}});
+}
+
+void write_bodies(const std::string& path, const World<float>& world) {
+  const Bodies<float>& bodies = world.bodies;
+  std::vector<std::int32_t> kinds(bodies.count, -1);
+  for (int i = 0; i < world.colliders.count; ++i) {
+    std::int32_t& kind = kinds[world.colliders.body[i]];
+    const std::int32_t own = world.colliders.kind[i];
+    kind = kind == -1 || (kind == own && kind_of(world, i) == Kind::triangle) ? own : rigid::kinds;
+  }
+  const auto each_body = [&](auto add) {
+    return [&bodies, add](vtk::Words& words) {
+      for (int i = 0; i < bodies.count; ++i) add(words, i);
+    };
+  };
+  const auto add_orientation = [&](vtk::Words& words, int i) {
+    const auto& [x, y, z, w] = bodies.pose[i].orientation;
+    for (const float number : {w, x, y, z}) words.add(number);
+  };
+  const auto add_mass = [&](vtk::Words& words, int i) {
+    const float inverse = bodies.inverse_mass[i].w;
+    words.add(inverse > 0 ? 1 / inverse : 0.f);
+  };
+  using enum vtk::Type;
+  vtk::write(
+      path,
+      {.title = "Lockstep rigid bodies",
+       .points = bodies.count,
+       .positions = each_body([&](vtk::Words& words, int i) { words.add(bodies.pose[i].position); }),
+       .vertices = {bodies.count, bodies.count, each_body([](vtk::Words& words, int i) { words.add(1), words.add(i); })},
+       .point_data = {
+           {"orientation_wxyz", quaternions, each_body(add_orientation)},
+           {"velocity", vectors, each_body([&](vtk::Words& words, int i) { words.add(bodies.motion[i].velocity); })},
+           {"angular_velocity", vectors,
+            each_body([&](vtk::Words& words, int i) { words.add(bodies.motion[i].angular_velocity); })},
+           {"mass", floats, each_body(add_mass)},
+           {"kind", ints, vtk::each(kinds)},
+           {"body", ints, each_body([](vtk::Words& words, int i) { words.add(i); })}}});
 }
 
 }  // namespace lockstep::rigid

@@ -21,6 +21,10 @@ Simulation simulation(const RunOptions& options) {
     return (f.for_meshes || is_sheet) && (serial ? f.serial_step : f.openmp_step);
   });
   cloth::Step<float>* const step = serial ? form.serial_step : form.openmp_step;
+  std::vector<Part> parts = {{"frame", true, [state](const std::string& path) { cloth::write_vtk(path, *state); }}};
+  const auto& [planes, capsules, boxes, friction] = state->bodies;
+  if (!planes.empty() || !capsules.empty() || !boxes.empty())
+    parts.push_back({"obstacles", false, [state](const std::string& path) { cloth::write_obstacles(path, *state); }});
   return {
       .name = scene.name,
       .form = form.name,
@@ -28,7 +32,8 @@ Simulation simulation(const RunOptions& options) {
       .unit = "particles",
       .frames = scene.frames,
       .step = [state, step] { step(*state); },
-      .write_frame = [state](const std::string& path) { cloth::write_vtk(path, *state); },
+      .time_step = scene.cloth.model.time_step * scene.cloth.model.substeps,
+      .parts = parts,
       .write_state = nullptr,
       .state_formats = {},
       .state = keep_all(*state),

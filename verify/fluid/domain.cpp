@@ -25,6 +25,18 @@ Simulation simulation(const RunOptions& options) {
       fluid::make_fluid(fluid::convert<float>(scene.model), std::move(scene.particles)));
   auto is_start = std::make_shared<bool>(true);
   const fluid::Particles<float>& p = state->particles;
+  const auto write_particles = [state, is_start](const std::string& path) {
+    // The densities of the start, for ParaView's colours, are the one thing it does not have yet.
+    if (*is_start) {
+      fluid::serial::rebuild_grid(state->grid, state->particles, state->sorted);
+      fluid::serial::densities_symmetric(state->model, state->grid, state->particles, state->neighbours,
+                                         state->density);
+    }
+    fluid::write_vtk(path, state->particles, {state->density.data(), std::size_t(state->particles.count)});
+  };
+  std::vector<Part> parts = {{"frame", true, write_particles}};
+  if (state->model.walls)
+    parts.push_back({"box", false, [state](const std::string& path) { fluid::write_box(path, state->model); }});
   return {
       .name = scene.name,
       .form = form.name,
@@ -32,16 +44,8 @@ Simulation simulation(const RunOptions& options) {
       .unit = "particles",
       .frames = scene.frames,
       .step = [state, is_start, form] { form.step(*state), *is_start = false; },
-      .write_frame =
-          [state, is_start](const std::string& path) {
-            // The densities of the start, for ParaView's colours, are the one thing it does not have yet.
-            if (*is_start) {
-              fluid::serial::rebuild_grid(state->grid, state->particles, state->sorted);
-              fluid::serial::densities_symmetric(state->model, state->grid, state->particles, state->neighbours,
-                                                 state->density);
-            }
-            fluid::write_vtk(path, state->particles, {state->density.data(), std::size_t(state->particles.count)});
-          },
+      .time_step = scene.model.time_step,
+      .parts = parts,
       .write_state = [state, per_metre = static_cast<float>(scene.model.particles_per_metre)](
                          const std::string& path) { fluid::write_fluid(path, per_metre, state->particles); },
       .state_formats = {".fluid"},

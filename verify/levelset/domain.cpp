@@ -64,7 +64,8 @@ Simulation simulation(const RunOptions& options) {
             const Array<float>&phi = state->scene.phi.value, &d = distances.distance.value;
             for (std::size_t i = 0; i < d.size(); ++i) state->signed_distance.value[i] = phi[i] < 0 ? -d[i] : d[i];
           },
-      .write_frame = write,
+      .time_step = 0,
+      .parts = {{"frame", true, write}},
       .write_state = write,
       .state_formats = {".vti", ".vtk"},
       .state = {},

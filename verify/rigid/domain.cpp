@@ -38,6 +38,14 @@ Simulation simulation(const RunOptions& options) {
   const Form form = find_form(forms, options.form, [&](const Form& f) { return f.variant == options.variant; });
   rigid::Bodies<float>& bodies = state->world.bodies;
   rigid::StepMemory<float>& memory = state->memory;
+  const auto surfaces_of = [&](rigid::Part part) {
+    return [state, part](const std::string& path) { rigid::write_surfaces(path, state->world, part); };
+  };
+  std::vector<Part> parts = {
+      {"frame", true, surfaces_of(rigid::Part::moving)},
+      {"bodies", true, [state](const std::string& path) { rigid::write_bodies(path, state->world); }}};
+  if (has(state->world, rigid::Part::fixed)) parts.push_back({"static", false, surfaces_of(rigid::Part::fixed)});
+  if (has(state->world, rigid::Part::planes)) parts.push_back({"ground", false, surfaces_of(rigid::Part::planes)});
   return {
       .name = scene.name,
       .form = form.name,
@@ -50,7 +58,8 @@ Simulation simulation(const RunOptions& options) {
             for (int phase = 0; phase < rigid::phases; ++phase) state->seconds[phase] += state->memory.seconds[phase];
             ++state->steps;
           },
-      .write_frame = [state](const std::string& path) { rigid::write_vtk(path, state->world); },
+      .time_step = scene.time_step,
+      .parts = parts,
       .write_state = nullptr,
       .state_formats = {},
       .state = {keep(bodies.pose), keep(bodies.motion), keep(memory.manifolds), keep(memory.impulses),

@@ -1,0 +1,257 @@
+"""Renders README's pictures from frames that `lockstep run` wrote: render.py FRAMES PICTURES
+
+FRAMES holds a folder a scene, as `make pictures` makes them; PICTURES gets NAME.png of each function in `pictures`.
+VTK of Debian renders into an X server: without one, xvfb-run gives it one.
+"""
+
+import pathlib
+import sys
+
+import numpy as np
+import vtk
+from PIL import Image
+from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+
+WIDTH, HEIGHT = 1200, 800
+FINER = 2  # rendered larger, then averaged: smooth edges
+
+
+def read(path):
+    reader = vtk.vtkGenericDataObjectReader()
+    reader.SetFileName(str(path))
+    reader.ReadAllScalarsOn()
+    reader.ReadAllVectorsOn()
+    reader.Update()
+    return reader.GetOutput()
+
+
+def last(folder, part="frame"):
+    """The last frame of a part: how many there are is the moment to show."""
+    return read(max(folder.glob(f"{part}_*.vtk")))
+
+
+def colours(low, high, stops):
+    """A table of colours between stops, #rrggbb."""
+    function = vtk.vtkColorTransferFunction()
+    function.SetColorSpaceToLab()
+    for x, stop in zip(np.linspace(low, high, len(stops)), stops):
+        function.AddRGBPoint(x, *rgb(stop))
+    return function
+
+
+def rgb(text):
+    return tuple(int(text[k : k + 2], 16) / 255 for k in (1, 3, 5))
+
+
+def actor(source, colour=None, table=None, array=None, cells=False):
+    """An actor of a data set or of a filter, in one colour or coloured by an array."""
+    mapper = vtk.vtkPolyDataMapper()
+    if isinstance(source, vtk.vtkDataObject):
+        mapper.SetInputData(source)
+    else:
+        mapper.SetInputConnection(source.GetOutputPort())
+    if array:
+        mapper.SetScalarModeToUseCellFieldData() if cells else mapper.SetScalarModeToUsePointFieldData()
+        mapper.SelectColorArray(array)
+        mapper.SetLookupTable(table)
+        mapper.UseLookupTableScalarRangeOn()
+    else:
+        mapper.ScalarVisibilityOff()
+    shown = vtk.vtkActor()
+    shown.SetMapper(mapper)
+    if colour:
+        shown.GetProperty().SetColor(*rgb(colour))
+    shown.GetProperty().SetAmbient(0.18)
+    shown.GetProperty().SetDiffuse(0.85)
+    return shown
+
+
+def bar(table, title, ticks):
+    """A legend of colours at the right."""
+    legend = vtk.vtkScalarBarActor()
+    legend.SetLookupTable(table)
+    legend.SetTitle(title)
+    legend.SetNumberOfLabels(ticks)
+    legend.SetLabelFormat("%.3g")
+    legend.SetPosition(0.9, 0.62)
+    legend.SetPosition2(0.075, 0.32)
+    legend.SetBarRatio(0.25)
+    legend.UnconstrainedFontSizeOn()
+    for text in (legend.GetTitleTextProperty(), legend.GetLabelTextProperty()):
+        text.SetColor(0.15, 0.15, 0.15)
+        text.SetFontFamilyToArial()
+        text.SetFontSize(15 * FINER)
+        text.BoldOff()
+        text.ItalicOff()
+        text.ShadowOff()
+    return legend
+
+
+def render(path, actors, eye, focus, shade, angle=30, bars=()):
+    """Writes a picture. `shade` is the radius, m, within which things darken each other."""
+    renderer = vtk.vtkRenderer()
+    renderer.SetBackground(1, 1, 1)
+    for shown in actors:
+        renderer.AddActor(shown)
+    for legend in bars:
+        renderer.AddActor2D(legend)
+    renderer.AutomaticLightCreationOff()
+    eye, focus = np.array(eye, float), np.array(focus, float)
+    ahead = focus - eye
+    right = np.cross(ahead, (0, 1, 0))
+    right *= np.linalg.norm(ahead) / np.linalg.norm(right)
+    up = np.array((0, np.linalg.norm(ahead), 0))
+    for side, height, strength in ((-0.8, 1.2, 0.85), (1.2, 0.5, 0.3), (0.0, 0.1, 0.2)):
+        light = vtk.vtkLight()
+        light.SetLightTypeToSceneLight()
+        light.PositionalOff()
+        light.SetPosition(*(eye + side * right + height * up))
+        light.SetFocalPoint(*focus)
+        light.SetIntensity(strength)
+        renderer.AddLight(light)
+    camera = renderer.GetActiveCamera()
+    camera.SetPosition(*eye)
+    camera.SetFocalPoint(*focus)
+    camera.SetViewAngle(angle)
+    renderer.ResetCameraClippingRange()
+    renderer.UseSSAOOn()
+    renderer.SetSSAORadius(shade)
+    renderer.SetSSAOBias(0.01 * shade)
+    renderer.SetSSAOKernelSize(128)
+    renderer.SSAOBlurOn()
+    window = vtk.vtkRenderWindow()
+    window.SetOffScreenRendering(1)
+    window.SetMultiSamples(0)
+    window.SetSize(FINER * WIDTH, FINER * HEIGHT)
+    window.AddRenderer(renderer)
+    window.Render()
+    image = vtk.vtkWindowToImageFilter()
+    image.SetInput(window)
+    image.ReadFrontBufferOff()
+    image.Update()
+    pixels = vtk_to_numpy(image.GetOutput().GetPointData().GetScalars()).reshape(FINER * HEIGHT, FINER * WIDTH, 3)
+    picture = Image.fromarray(np.ascontiguousarray(pixels[::-1])).reduce(FINER)
+    picture.quantize(128, dither=Image.Dither.NONE).save(path, optimize=True)
+    print(path)
+
+
+def round_surface(points, radius):
+    """A sphere about each point, with the points' arrays."""
+    sphere = vtk.vtkSphereSource()
+    sphere.SetRadius(radius)
+    sphere.SetThetaResolution(10)
+    sphere.SetPhiResolution(8)
+    spheres = vtk.vtkGlyph3DMapper()
+    spheres.SetInputData(points)
+    spheres.SetSourceConnection(sphere.GetOutputPort())
+    spheres.ScalingOff()
+    return spheres
+
+
+def castle(frames, path):
+    """The castle after the shot, bricks by their speed."""
+    folder = frames / "castle_hit"
+    bricks, bodies = last(folder), last(folder, "bodies")
+    table = colours(0, 20, ("#d9cfbd", "#e0a84e", "#d0603c", "#a8333f", "#6a1a3a"))
+    shown = [actor(bricks, table=table, array="speed", cells=True), actor(read(folder / "ground.vtk"), "#f1efeb")]
+    # The ball is a body of kind 0.
+    kinds = vtk_to_numpy(bodies.GetPointData().GetArray("kind"))
+    for body in np.flatnonzero(kinds == 0):
+        sphere = vtk.vtkSphereSource()
+        sphere.SetCenter(bodies.GetPoint(body))
+        sphere.SetRadius(1.5)
+        sphere.SetThetaResolution(64)
+        sphere.SetPhiResolution(32)
+        shown.append(actor(sphere, "#2b2f38"))
+    render(path, shown, eye=(-46, 34, -66), focus=(1, 4, -8), shade=1.2, bars=[bar(table, "speed, m/s", 5)])
+
+
+def dam_break(frames, path):
+    """The dam break as the wave breaks at the far wall, particles by their speed."""
+    folder = frames / "dam_break_100k"
+    water, spacing = last(folder), 0.00234
+    velocity = vtk_to_numpy(water.GetPointData().GetArray("velocity"))
+    speed = numpy_to_vtk(np.linalg.norm(velocity, axis=1))
+    speed.SetName("speed")
+    water.GetPointData().AddArray(speed)
+    table = colours(0, 1.6, ("#0b2f6b", "#1f6fb5", "#5fb3dd", "#b5e2ef", "#e8f7fa"))
+    mapper = round_surface(water, 0.6 * spacing)
+    mapper.SetScalarModeToUsePointFieldData()
+    mapper.SelectColorArray("speed")
+    mapper.SetLookupTable(table)
+    mapper.UseLookupTableScalarRangeOn()
+    particles = vtk.vtkActor()
+    particles.SetMapper(mapper)
+    particles.GetProperty().SetAmbient(0.2)
+    edges = actor(read(folder / "box.vtk"), "#9a9a9a")
+    edges.GetProperty().SetLineWidth(1.5 * FINER)
+    edges.GetProperty().LightingOff()
+    render(path, [particles, edges], eye=(-0.21, 0.15, 0.42), focus=(0.012, 0.002, 0), shade=0.01, bars=[bar(table, "speed, m/s", 5)])
+
+
+def smooth(data):
+    normals = vtk.vtkPolyDataNormals()
+    normals.SetInputData(data)
+    normals.SplittingOff()
+    normals.ConsistencyOn()
+    return normals
+
+
+def garment(frames, path):
+    """The poncho, draped."""
+    folder = frames / "garment"
+    cloth = actor(smooth(last(folder)), "#b23a48")
+    back = vtk.vtkProperty()
+    back.DeepCopy(cloth.GetProperty())
+    back.SetColor(*rgb("#7d2934"))
+    cloth.SetBackfaceProperty(back)
+    body = actor(smooth(read(folder / "obstacles.vtk")), "#d8d4cd")
+    render(path, [cloth, body], eye=(1.1, 1.75, 2.5), focus=(0, 1.28, 0), shade=0.12)
+
+
+def level_set(frames, path):
+    """The surface of the knot, and a slice of the distances about it."""
+    phi = last(frames / "mesh_96")
+    surface = vtk.vtkContourFilter()
+    surface.SetInputData(phi)
+    surface.SetValue(0, 0)
+    surface.ComputeNormalsOff()
+    band = phi.GetScalarRange()[1]
+    plane = vtk.vtkPlane()
+    plane.SetOrigin(0.5, 0.5, 0.5)
+    plane.SetNormal(0, 0, 1)
+    cut = vtk.vtkCutter()
+    cut.SetInputData(phi)
+    cut.SetCutFunction(plane)
+    table = colours(0, band, ("#ffffff", "#c6dbef", "#6baed6", "#2171b5", "#08306b"))
+    near = vtk.vtkClipPolyData()  # distances are computed in a band about the surface
+    near.SetInputConnection(cut.GetOutputPort())
+    near.SetValue(0.9 * band)
+    near.InsideOutOn()
+    distances = actor(near, table=table, array="phi")
+    distances.GetProperty().LightingOff()
+    lines = vtk.vtkContourFilter()
+    lines.SetInputConnection(cut.GetOutputPort())
+    lines.GenerateValues(4, 0.2 * band, 0.8 * band)
+    levels = actor(lines, "#303030")
+    levels.GetProperty().LightingOff()
+    levels.GetProperty().SetLineWidth(FINER)
+    smoothed = vtk.vtkPolyDataNormals()
+    smoothed.SetInputConnection(surface.GetOutputPort())
+    smoothed.SplittingOff()
+    frame = vtk.vtkOutlineFilter()
+    frame.SetInputData(phi)
+    edges = actor(frame, "#9a9a9a")
+    edges.GetProperty().SetLineWidth(1.5 * FINER)
+    edges.GetProperty().LightingOff()
+    shown = [actor(smoothed, "#d9d2c5"), distances, levels, edges]
+    render(path, shown, eye=(1.0, 1.35, 2.95), focus=(0.55, 0.5, 0.5), shade=0.05, bars=[bar(table, "distance, m", 5)])
+
+
+
+pictures = {"castle": castle, "dam_break": dam_break, "garment": garment, "level_set": level_set}
+
+if __name__ == "__main__":
+    frames, folder = map(pathlib.Path, sys.argv[1:3])
+    for name in sys.argv[3:] or pictures:
+        pictures[name](frames, folder / f"{name}.png")
