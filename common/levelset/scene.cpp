@@ -10,7 +10,7 @@
 #include "common/digits.h"
 #include "common/levelset/mesh.h"
 #include "common/memory.h"
-#include "common/obj.h"
+#include "common/mesh_file.h"
 #include "common/scene_reader.h"
 
 namespace lockstep::levelset {
@@ -106,7 +106,7 @@ Mesh load_mesh(const toml::table& table, const std::string& scene_path) {
   check_keys(table, {"file"}, {"scale"});
   const std::string path = beside(scene_path, *text(table, "file"));
   const double scale = positive(table, "scale", "").value_or(1);
-  Mesh mesh = read_obj(path);
+  Mesh mesh = read_mesh(path);
   require_closed(mesh, path);
   for (Vector3<double>& p : mesh.points) p = {scale * p.x, scale * p.y, scale * p.z};
   return mesh;
