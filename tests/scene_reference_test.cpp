@@ -3,6 +3,7 @@
 // root of the repository.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <limits>
