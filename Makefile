@@ -152,7 +152,7 @@ define verify_elsewhere
 build/$(1)/lockstep verify --threads 1,2 --json build/portable_$(1).json
 endef
 
-fuzz:  ## fuzz the readers of scenes, .fluid, OBJ and Matrix Market under sanitizers, SECONDS=600 each, one a core (TARGET=rigid)
+fuzz:  ## fuzz the readers of scenes, .fluid, meshes and Matrix Market under sanitizers, SECONDS=600 each, one a core (TARGET=rigid)
 	$(MAKE) build/fuzz/loaders_fuzz BUILD=build/fuzz ISA=portable CXX=clang++-14 \
 	  FLAGS='-std=c++20 -O1 -g1 $(isa_portable) -ffp-contract=off -fno-math-errno -fopenmp -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=undefined -Wall -Wextra'
 	tests/fuzz/fuzz.sh $(or $(SECONDS),600) $(TARGET)

@@ -10,7 +10,7 @@
 #include "common/levelset/mesh.h"
 #include "common/levelset/scene.h"
 #include "common/levelset/shapes.h"
-#include "common/obj.h"
+#include "common/mesh_file.h"
 #include "tests/levelset_fields.h"
 
 namespace lockstep::levelset {

@@ -34,7 +34,7 @@ struct LevelsetSceneTest : TemporaryFolder {
 
 const std::string head = "kind = \"levelset\"\npoints = [10, 12, 14]\n";
 const std::string sphere = "[[sphere]]\ncentre = [0.5, 0.6, 0.7]\nradius = 0.25\n";
-const std::string mesh = "[mesh]\nfile = \"a.obj\"\n";
+const std::string mesh = "[mesh]\nfile = \"a.obj\"\n", unit_box = "spacing = 0.1\norigin = [0, 0, 0]\n";
 
 // Points 1 2 3 4 of a tetrahedron, and its faces.
 const std::string corners = "v 0.1 0.1 0.1\nv 0.9 0.1 0.1\nv 0.1 0.9 0.1\nv 0.1 0.1 0.9\n";
@@ -134,7 +134,7 @@ TEST_F(LevelsetSceneTest, DistortsAllButTheSign) {
 
 TEST_F(LevelsetSceneTest, TakesAMesh) {
   write_bytes(path("a.obj"), corners + faces);
-  const Scene scene = load(head + "distort = 0.5\n" + mesh),
+  const Scene scene = load(head + unit_box + "distort = 0.5\n" + mesh),
               twice = load(head + "spacing = 0.2\n" + mesh + "scale = 2\n");
   EXPECT_TRUE(scene.shapes.empty());
   EXPECT_LT(scene.phi(1, 1, 1), 0);
@@ -142,6 +142,49 @@ TEST_F(LevelsetSceneTest, TakesAMesh) {
   const double distorted = 1 + .5 * std::sin(9 * .15) * std::cos(7 * .15) * std::sin(8 * .15 + 1);
   EXPECT_NEAR(scene.phi(1, 1, 1), -.05 * distorted, 1e-8);
   EXPECT_NEAR(twice.phi(1, 1, 1), -.1, 1e-8);
+}
+
+// A tetrahedron far from the unit box: all of it is in the grid, and nowhere on the grid's sides is within the band.
+TEST_F(LevelsetSceneTest, FitsTheGridToAMesh) {
+  write_bytes(path("a.obj"), "v 100 -7 3\nv 103 -7 3\nv 100 -5 3\nv 100 -7 4\n" + faces);
+  for (const std::string& band : {std::string("band = 2\n"), std::string()}) {
+    const Scene scene = load(head + band + mesh);
+    const double room = band.empty() ? 4 : 3;
+    EXPECT_DOUBLE_EQ(scene.grid.spacing, 3 / (10 - 2 * room));
+    EXPECT_DOUBLE_EQ(scene.grid.origin.x, 101.5 - 5 * scene.grid.spacing);
+    EXPECT_DOUBLE_EQ(scene.grid.origin.y, -6 - 6 * scene.grid.spacing);
+    EXPECT_DOUBLE_EQ(scene.grid.origin.z, 3.5 - 7 * scene.grid.spacing);
+    double least = infinity;
+    for_each_point(scene.phi, [&](int x, int y, int z) {
+      const bool on_a_side = x == 0 || y == 0 || z == 0 || x == 9 || y == 11 || z == 13;
+      if (on_a_side) least = std::min<double>(least, scene.phi(x, y, z));
+    });
+    EXPECT_GT(least, band.empty() ? 2.9 * scene.grid.spacing : scene.band);
+  }
+  // Where one key is given, the other is as for shapes.
+  write_bytes(path("a.obj"), corners + faces);
+  EXPECT_EQ(load(head + "spacing = 0.2\n" + mesh).grid.origin.x, 0);
+  EXPECT_EQ(load(head + "origin = [0.05, 0.05, 0.05]\n" + mesh).grid.spacing, .1);
+}
+
+TEST_F(LevelsetSceneTest, RefusesAMeshBeyondTheGrid) {
+  write_bytes(path("a.obj"), corners + faces);
+  const std::string hint = ", in m; without spacing and origin the grid fits the mesh";
+  EXPECT_EQ(
+      error(head + unit_box + mesh + "scale = 1.2\n"),
+      "a.toml:5:1: the mesh, from (0.12, 0.12, 0.12) to (1.08, 1.08, 1.08), reaches beyond the grid, from (0, 0, 0) to "
+      "(1, 1.2, 1.4)" +
+          hint);
+  EXPECT_EQ(error(head + "origin = [2, 0, 0]\n" + mesh),
+            "a.toml:4:1: the mesh, from (0.1, 0.1, 0.1) to (0.9, 0.9, 0.9), reaches beyond the grid, from (2, 0, 0) to "
+            "(3, 1.2, 1.4)" +
+                hint);
+  EXPECT_EQ(error(head + "band = 4\n" + mesh),
+            "a.toml:2:10: points: expected more than 10 points along each axis, for the mesh and 5 spacings around it");
+  EXPECT_EQ(
+      error(head + mesh + "scale = 1e-7\n"),
+      "a.toml:2:10: points: a spacing of 4e-08 m fits the mesh, which reaches from (1e-08, 1e-08, 1e-08) to (9e-08, "
+      "9e-08, 9e-08); expected 1e-6 to 1e6, and coordinates of at most 1e9 spacings");
 }
 
 TEST_F(LevelsetSceneTest, RefusesWhatIsNoScene) {
@@ -262,8 +305,8 @@ TEST_F(LevelsetSceneTest, RefusesWrongMeshes) {
   EXPECT_EQ(of(corners + "v 1 1 1\n" + faces + "f 1 2 5\n"),
             "a.obj: the edge of points 1 and 2 is in 3 triangles, expected two: a closed mesh");
   write_bytes(path("a.obj"), corners + faces);
-  EXPECT_EQ(error(head + mesh + "scale = 100\n"), "a.toml:1:1: no interface: all points are outside")
-      << "all before its first corner";
+  EXPECT_EQ(error(head + "spacing = 1\n" + mesh + "scale = 1e-3\n"), "a.toml:1:1: no interface: all points are outside")
+      << "all beyond its corners";
 }
 
 }  // namespace

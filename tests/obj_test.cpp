@@ -1,7 +1,7 @@
 // common/obj.h: what files say, which are refused, in one line that says where, and how polygons are cut into
 // triangles.
 
-#include "common/obj.h"
+#include "common/mesh_file.h"
 
 #include <gtest/gtest.h>
 

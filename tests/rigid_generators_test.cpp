@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/obj.h"
+#include "common/mesh_file.h"
 #include "common/rigid/generators.h"
 #include "common/rigid/scene.h"
 #include "tests/rigid_worlds.h"

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "common/convert.h"
-#include "common/obj.h"
+#include "common/mesh_file.h"
 #include "common/rigid/vtk.h"
 #include "tests/rigid_scenes.h"
 #include "tests/rigid_worlds.h"

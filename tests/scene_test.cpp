@@ -46,6 +46,8 @@ TEST(Scenes, OfTheRepositoryLoad) {
       {"single", 1},
       {"splash", 25515},
       {"adrift", 1000},
+      {"water_5k", 5544},
+      {"water_35k", 36531},
   };
   std::map<std::string, int> found;
   for (const auto& file : std::filesystem::directory_iterator("scenes/fluid")) {
@@ -140,7 +142,7 @@ TEST_F(SceneTest, RefusesWhatIsNoScene) {
 TEST_F(SceneTest, RefusesUnknownAndMissingKeys) {
   EXPECT_EQ(error(head + "frmes = 3\n" + block),
             "a.toml:3:1: unknown key frmes, expected one of: kind, particles_per_metre, block, frames, walls, gravity, "
-            "seed, holds");
+            "stiffness, viscosity, rest_density, time_step, cohesion, seed, holds");
   EXPECT_EQ(error(head + block + "  spacng = 3\n"),
             "a.toml:6:3: unknown key spacng, expected one of: min, max, spacing, jitter, velocity");
   EXPECT_EQ(

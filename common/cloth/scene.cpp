@@ -11,7 +11,7 @@
 
 #include "common/cloth/limits.h"
 #include "common/cloth/make.h"
-#include "common/obj.h"
+#include "common/mesh_file.h"
 #include "common/scene_reader.h"
 
 namespace lockstep::cloth {
@@ -217,7 +217,7 @@ Cloth<double> load_mesh(const toml::table& table, const std::string& scene_path,
   const std::optional<double> pins_above =
       number(table, "pins_above", "a finite number, in m", [](double) { return true; });
 
-  Mesh mesh = read_obj(path);
+  Mesh mesh = read_mesh(path);
   std::vector<int> triangles_around(mesh.points.size()), pinned;
   for (const Triangle& t : mesh.triangles)
     for (const int i : {t.a, t.b, t.c}) ++triangles_around[i];

@@ -17,6 +17,7 @@ struct Model {
   Real smoothing_length;                 // h, m: particles farther apart do not interact
   Real smoothing_length_2;               // h^2
   Real twice_rest_density;               // kg/m^3
+  Real least_density;                    // kg/m^3: 0, or the rest density of a fluid without cohesion
   Real density_coefficient;              // mass * 315 / (64 pi h^9), the poly6 kernel
   Real pressure_coefficient;             // the spiky kernel's gradient with stiffness and mass
   Real viscosity_coefficient;            // the viscosity kernel's Laplacian with viscosity and mass
@@ -31,9 +32,19 @@ struct Model {
   Real wall_damping;                     // 1/s
 };
 
+// What a fluid is made of, and how finely time is cut. The defaults are fluidanimate's: springy, for the speed of sound
+// is sqrt(stiffness) = 1.7 m/s (notes/fluid.md, "Water").
+struct Matter {
+  double stiffness = 3;        // m^2/s^2: pressure = stiffness (density - rest_density)
+  double viscosity = .4;       // Pa s
+  double rest_density = 1000;  // kg/m^3
+  double time_step = .001;     // s
+  bool cohesion = true;  // whether fluid thinner than at rest pulls itself together: its pressure is then < 0, not 0
+};
+
 // The model at a resolution of `particles_per_metre` > 0, in the standard domain, with gravity and walls.
-inline Model<double> make_model(double particles_per_metre) {
-  const double stiffness = 3, viscosity = .4, rest_density = 1000;
+inline Model<double> make_model(double particles_per_metre, const Matter& matter = {}) {
+  const auto& [stiffness, viscosity, rest_density, time_step, cohesion] = matter;
   const double h = 1.695 / particles_per_metre, h2 = h * h, h6 = h2 * h2 * h2, h9 = h6 * h2 * h;
   const double mass = rest_density / (particles_per_metre * particles_per_metre * particles_per_metre);
   return {
@@ -41,11 +52,12 @@ inline Model<double> make_model(double particles_per_metre) {
       .smoothing_length = h,
       .smoothing_length_2 = h2,
       .twice_rest_density = 2 * rest_density,
+      .least_density = cohesion ? 0 : rest_density,
       .density_coefficient = mass * 315 / (64 * std::numbers::pi * h9),
       .pressure_coefficient = 3 * 15 / (std::numbers::pi * h6) * .5 * stiffness * mass,
       .viscosity_coefficient = viscosity * 45 / (std::numbers::pi * h6) * mass,
       .min_distance_2 = 1e-12,
-      .time_step = .001,
+      .time_step = time_step,
       .gravity = {0, -9.8, 0},
       .domain_min = {-.065, -.08, -.065},
       .domain_max = {.065, .1, .065},
@@ -64,6 +76,7 @@ Model<To> convert(const Model<From>& m) {
       .smoothing_length = static_cast<To>(m.smoothing_length),
       .smoothing_length_2 = static_cast<To>(m.smoothing_length_2),
       .twice_rest_density = static_cast<To>(m.twice_rest_density),
+      .least_density = static_cast<To>(m.least_density),
       .density_coefficient = static_cast<To>(m.density_coefficient),
       .pressure_coefficient = static_cast<To>(m.pressure_coefficient),
       .viscosity_coefficient = static_cast<To>(m.viscosity_coefficient),

@@ -17,6 +17,12 @@ inline Number density_term(Real h2, Number r2) {
   return t * t * t;
 }
 
+// The density where these terms sum up to `sum`.
+template <class Real>
+inline Real density_of(const Model<Real>& model, Real sum) {
+  return max(model.least_density, sum * model.density_coefficient);
+}
+
 // Factors of a pair: the acceleration of particle i by particle j is pressure (p_i - p_j) + viscosity (v_j - v_i).
 template <class Number>
 struct PairFactors {

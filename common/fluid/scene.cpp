@@ -99,12 +99,23 @@ Holds read_holds(const toml::table& scene) {
           .energy_falls_after = whole_int(*table, "energy_falls_after", 0)};
 }
 
+// With the least and the most particles a metre, float holds 1 / h^9 times these densities, and its inverse.
+Matter read_matter(const toml::table& scene) {
+  const Matter otherwise;
+  return {.stiffness = number_between(scene, "stiffness", 0, 1e6, "m^2/s^2").value_or(otherwise.stiffness),
+          .viscosity = number_between(scene, "viscosity", 0, 1e6, "Pa s").value_or(otherwise.viscosity),
+          .rest_density = number_between(scene, "rest_density", 1, 1e4, "kg/m^3").value_or(otherwise.rest_density),
+          .time_step = number_between(scene, "time_step", 1e-6, 1, "s").value_or(otherwise.time_step),
+          .cohesion = truth(scene, "cohesion").value_or(otherwise.cohesion)};
+}
+
 Scene load_toml(const std::string& path) {
   const toml::table scene = read_scene(path, "fluid", {"kind", "particles_per_metre", "block"},
-                                       {"frames", "walls", "gravity", "seed", "holds"});
+                                       {"frames", "walls", "gravity", "stiffness", "viscosity", "rest_density",
+                                        "time_step", "cohesion", "seed", "holds"});
   const double particles_per_metre =
       *number_between(scene, "particles_per_metre", min_particles_per_metre, max_particles_per_metre, "");
-  Model<double> model = make_model(particles_per_metre);
+  Model<double> model = make_model(particles_per_metre, read_matter(scene));
   require_size(model, 0, position(scene.get("particles_per_metre")->source()));
   model.gravity = vector(scene, "gravity", "m/s^2").value_or(model.gravity);
   model.walls = truth(scene, "walls").value_or(model.walls);

@@ -8,9 +8,10 @@
 #include <utility>
 
 #include "common/digits.h"
+#include "common/levelset/fit.h"
 #include "common/levelset/mesh.h"
 #include "common/memory.h"
-#include "common/obj.h"
+#include "common/mesh_file.h"
 #include "common/scene_reader.h"
 
 namespace lockstep::levelset {
@@ -49,9 +50,9 @@ void require_size(double nx, double ny, double nz, const toml::node& points) {
                  position(points.source()) + ": a grid of " + digits_of(nx * ny * nz) + " points");
 }
 
-Grid read_grid(const toml::table& scene) {
-  const auto [nx, ny, nz] = read_points(scene);
-  require_size(nx, ny, nz, *scene.get("points"));
+// The grid that the keys say; spacing is 1 / points.x and the origin zero where they say nothing.
+Grid read_grid(const toml::table& scene, const std::array<int, 3>& points) {
+  const auto [nx, ny, nz] = points;
   const Grid grid{.nx = nx,
                   .ny = ny,
                   .nz = nz,
@@ -64,13 +65,12 @@ Grid read_grid(const toml::table& scene) {
   return grid;
 }
 
-// m
-double read_band(const toml::table& scene, const Grid& grid) {
-  const double diagonal = std::hypot(grid.nx - 1., grid.ny - 1., grid.nz - 1.);
-  const std::optional<double> band =
-      number(scene, "band", "a number from 1e-9 to " + digits_of(diagonal) + ", the diagonal of the grid, in spacings",
-             [&](double x) { return x >= 1e-9 && x <= diagonal; });
-  return band ? *band * grid.spacing : std::numeric_limits<double>::infinity();
+// In spacings; nothing where all points are wanted.
+std::optional<double> read_band(const toml::table& scene, const std::array<int, 3>& points) {
+  const double diagonal = std::hypot(points[0] - 1., points[1] - 1., points[2] - 1.);
+  return number(scene, "band",
+                "a number from 1e-9 to " + digits_of(diagonal) + ", the diagonal of the grid, in spacings",
+                [&](double x) { return x >= 1e-9 && x <= diagonal; });
 }
 
 // --- The inside
@@ -106,9 +106,9 @@ Mesh load_mesh(const toml::table& table, const std::string& scene_path) {
   check_keys(table, {"file"}, {"scale"});
   const std::string path = beside(scene_path, *text(table, "file"));
   const double scale = positive(table, "scale", "").value_or(1);
-  Mesh mesh = read_obj(path);
+  Mesh mesh = read_mesh(path);
   require_closed(mesh, path);
-  for (Vector3<double>& p : mesh.points) p = {scale * p.x, scale * p.y, scale * p.z};
+  for (Vector3<double>& p : mesh.points) p = scale * p;
   return mesh;
 }
 
@@ -149,23 +149,37 @@ Scene load_scene(const std::string& path) {
   const toml::table scene =
       read_scene(path, "levelset", {"kind", "points"},
                  {"spacing", "origin", "band", "rounds", "distort", "sphere", "box", "torus", "mesh"});
-  const Grid grid = read_grid(scene);
-  const double band = read_band(scene, grid);
+  const toml::node& points_value = *scene.get("points");
+  const std::array<int, 3> points = read_points(scene);
+  require_size(points[0], points[1], points[2], points_value);
+  const std::optional<double> band = read_band(scene, points);
   const int rounds = whole_int(scene, "rounds", 1).value_or(1);
   const double distort = number_between(scene, "distort", 0, .9, "").value_or(0);
+  Grid grid = read_grid(scene, points);
   std::vector<Shape> shapes = read_shapes(scene);
-  const toml::table* mesh = subtable(scene, "mesh");
-  if (shapes.empty() && !mesh) refuse(scene.source(), "sphere, box, torus or mesh is missing");
-  if (!shapes.empty() && mesh) refuse_value(*mesh, "mesh", "either shapes or [mesh]");
+  const toml::table* mesh_table = subtable(scene, "mesh");
+  if (shapes.empty() && !mesh_table) refuse(scene.source(), "sphere, box, torus or mesh is missing");
+  if (!shapes.empty() && mesh_table) refuse_value(*mesh_table, "mesh", "either shapes or [mesh]");
 
-  Field<float> phi =
-      distorted(mesh ? signed_distance(load_mesh(*mesh, path), grid) : distance_from(shapes, grid), grid, distort);
+  Field<double> distance;
+  if (mesh_table) {
+    const Mesh mesh = load_mesh(*mesh_table, path);
+    // A spacing more than the band, or than distances are exact, so that the points beside the grid's sides are beyond.
+    const double room = band.value_or(exact_spacings) + 1;
+    if (!scene.contains("spacing") && !scene.contains("origin"))
+      grid = fit_grid(mesh, points, room, position(points_value.source()) + ": points");
+    require_inside(mesh, grid, position(mesh_table->source()));
+    distance = signed_distance(mesh, grid);
+  } else {
+    distance = distance_from(shapes, grid);
+  }
+  Field<float> phi = distorted(distance, grid, distort);
   require_interface(phi, scene);
   return {.name = scene_name(path),
           .path = path,
           .grid = grid,
           .phi = std::move(phi),
-          .band = band,
+          .band = band ? *band * grid.spacing : std::numeric_limits<double>::infinity(),
           .rounds = rounds,
           .shapes = std::move(shapes)};
 }

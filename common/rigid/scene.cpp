@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/input_error.h"
-#include "common/obj.h"
+#include "common/mesh_file.h"
 #include "common/rigid/make.h"
 #include "common/rigid/scene_values.h"
 #include "common/scene_reader.h"
@@ -85,7 +85,7 @@ void read_hull(const toml::table& table, World<double>& world, Defaults& default
   const std::string where = file ? file_path : position(listed->source()) + ": points";
   std::vector<Vector> points;
   if (file) {
-    const Mesh mesh = read_obj(file_path);
+    const Mesh mesh = read_mesh(file_path);
     require_near(mesh, file_path);
     points = mesh.points;
   } else {
@@ -107,7 +107,7 @@ constexpr std::string_view shapes[] = {"sphere", "capsule", "box", "hull", "plan
 void add_mesh_file(const toml::table& table, World<double>& world, const Pose<double>& local,
                    const Defaults& defaults) {
   const std::string path = beside(defaults.path, *text(table, "mesh"));
-  const Mesh mesh = read_obj(path);
+  const Mesh mesh = read_mesh(path);
   require_closed(mesh, path);
   require_near(mesh, path);
   require_room(world, 0, static_cast<double>(mesh.triangles.size()), path);

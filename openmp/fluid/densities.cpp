@@ -86,7 +86,7 @@ void densities_symmetric(const Model<Real>& model, const Grid<Real>& grid, const
       });
 
 #pragma omp for simd schedule(static)
-    for (int i = 0; i < particles.count; ++i) density[i] *= model.density_coefficient;
+    for (int i = 0; i < particles.count; ++i) density[i] = density_of(model, density[i]);
   }
   failure.rethrow();
 }
@@ -107,8 +107,8 @@ struct Lists {
 // Tests the particles of a block of cells against those of its candidates that come later in cell order, so that each
 // pair is met once. Writes the pairs from entry `end` on and returns the new end; adds their terms to sum_of of both
 // particles. Not inlined: among the registers of its caller its inner loop took 6 % longer.
-[[gnu::noinline]] int find_pairs(const Run own, Candidates& candidates, const Vectors<Real>& position, const Real h2, const Lists to,
-               int end, Real* sum_of) {
+[[gnu::noinline]] int find_pairs(const Run own, Candidates& candidates, const Vectors<Real>& position, const Real h2,
+                                 const Lists to, int end, Real* sum_of) {
   // Held in registers: to the compiler, the stores below could change what arrays point to.
   const auto [cx, cy, cz, index, count] = candidates.pointers();
   float* const sums = candidates.sum.data();
@@ -188,7 +188,7 @@ void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, co
               end += lockstep::count(near);
             }
             neighbours.end[i] = end;
-            density[i] = reduce_add(sum) * model.density_coefficient;
+            density[i] = density_of(model, reduce_add(sum));
           }
         }
       });
@@ -236,10 +236,10 @@ void densities_pair_lists(const Model<Real>& model, const Grid<Real>& grid, cons
         if (z == 0) std::fill(reaction, reaction + own.end, 0.f);
       });
 
-    // Every element is one thread's.
+      // Every element is one thread's.
 #pragma omp for simd schedule(static)
     for (int i = 0; i < particles.count; ++i)
-      density[i] = (density_term(h2, Real(0)) + density[i] + reaction[i]) * model.density_coefficient;
+      density[i] = density_of(model, density_term(h2, Real(0)) + density[i] + reaction[i]);
   }
   failure.rethrow();
 }

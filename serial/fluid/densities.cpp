@@ -50,7 +50,7 @@ void densities_symmetric(const Model<Real>& model, const Grid<Real>& grid, const
         }
       }
 
-  for (int i = 0; i < particles.count; ++i) density[i] *= model.density_coefficient;
+  for (int i = 0; i < particles.count; ++i) density[i] = density_of(model, density[i]);
 }
 
 void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
@@ -79,7 +79,7 @@ void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, co
             }
           }
         neighbours.end[i] = static_cast<std::int32_t>(list.size());
-        density[i] = sum * model.density_coefficient;
+        density[i] = density_of(model, sum);
       }
     }
     pad(list);
@@ -124,7 +124,7 @@ void densities_pair_lists(const Model<Real>& model, const Grid<Real>& grid, cons
     pad(distance_2);
   }
 
-  for (int i = 0; i < particles.count; ++i) density[i] *= model.density_coefficient;
+  for (int i = 0; i < particles.count; ++i) density[i] = density_of(model, density[i]);
 }
 
 }  // namespace lockstep::fluid::serial

@@ -18,7 +18,7 @@
 #include "common/input_error.h"
 #include "common/linear/matrix_market.h"
 #include "common/memory.h"
-#include "common/obj.h"
+#include "common/mesh_file.h"
 #include "verify/domain.h"
 
 namespace lockstep::fuzz {
@@ -76,10 +76,10 @@ inline void try_fluid_file(const std::string& path) {
   std::filesystem::remove(copy);
 }
 
-// Scenes that use the OBJ must also read or refuse it.
-inline void try_obj(const std::string& path) {
+// Scenes that use the mesh must also read or refuse it.
+inline void try_mesh(const std::string& path) {
   Mesh mesh;
-  if (!accepted([&] { mesh = read_obj(path); })) return;
+  if (!accepted([&] { mesh = read_mesh(path); })) return;
   const int points = static_cast<int>(mesh.points.size());
   for (const auto& [x, y, z] : mesh.points)
     must(std::abs(x) <= 1e9 && std::abs(y) <= 1e9 && std::abs(z) <= 1e9, "a point is out of range");
@@ -130,7 +130,7 @@ inline std::vector<Loader> loaders() {
   for (const verify::Domain& domain : verify::domains())
     all.push_back({domain.name, "scene.toml", [&domain](const std::string& path) { try_scene_of(domain, path); }});
   all.push_back({"fluid_file", "in.fluid", try_fluid_file});
-  all.push_back({"obj", "in.obj", try_obj});
+  for (const std::string& format : std::vector<std::string>{"obj", "off", "ply", "stl"}) all.push_back({format, "in." + format, try_mesh});
   all.push_back({"matrix_market", "in.mtx", try_matrix_market});
   return all;
 }

@@ -100,7 +100,7 @@ ValueName particle_value_name(const Inputs& in) {
 Scenes scenes_with(std::vector<std::string> bench) {
   return {
       .verify = {"dam_break_5k", "lattice_5k", "splash", "clump", "single", "adrift", "lattice_35k", "dam_break_100k"},
-      .more = {"dam_break_35k", "lattice_100k", "dam_break_500k", "lattice_500k"},
+      .more = {"water_5k", "water_35k", "dam_break_35k", "lattice_100k", "dam_break_500k", "lattice_500k"},
       .bench = std::move(bench),
       .tsan = {"dam_break_5k", "clump"}};
 }

@@ -41,7 +41,9 @@ Distance distance(const std::vector<float>& a, const std::vector<float>& b) {
   return {std::sqrt(positions / count), std::sqrt(velocities / count)};
 }
 
-double particle_mass(const Model<float>& model) { return 1000 / std::pow(double(model.particles_per_metre), 3); }
+double particle_mass(const Model<float>& model) {
+  return .5 * model.twice_rest_density / std::pow(double(model.particles_per_metre), 3);
+}
 
 std::string frame_name(const char* what, std::size_t frame) {
   return std::string(what) + " after frame " + std::to_string(frame + 1);
