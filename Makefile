@@ -1,8 +1,8 @@
 # All commands of the project; `make help` lists them.
 
 # A variable that no command knows is a mistake, such as threads=2 or KERNELS=fluid.
-variables := KERNEL FORM SCENE THREADS VARIANT FRAMES OUT RESUME FORCE QUICK FULL SOME SECONDS TARGET STEPS WIDTH \
-  ISA BUILD CXX FLAGS LIBS PYTHON
+variables := KERNEL FORM SCENE THREADS VARIANT FRAMES OUT RESUME FORCE QUICK FULL SOME SECONDS TARGET STEPS WIDTH FIGURE \
+  FAILED ISA BUILD CXX FLAGS LIBS PYTHON
 # Words of a value, such as those of FLAGS, stand beside the names; they begin with a dash.
 given := $(foreach word,$(filter-out -%,$(MAKEOVERRIDES)),$(if $(findstring =,$(word)),$(firstword $(subst =, ,$(word)))))
 $(foreach name,$(filter-out $(variables),$(given)),$(error unknown variable $(name), expected one of: $(variables)))
@@ -77,23 +77,22 @@ deps:  ## install the Debian packages it needs (by sudo, if you are not root)
 list: build/lockstep  ## print every kernel, its forms and their scenes
 	build/lockstep list
 
-verify: build/lockstep  ## compare every kernel with its serial twin (KERNEL= FORM= SCENE= THREADS=1,2,3 FULL=1); build/verify.json
-	build/lockstep verify $(selection) $(if $(FULL),--full) --json build/verify.json
+verify: build/lockstep  ## compare every kernel with its serial twin (KERNEL= FORM= SCENE= THREADS=1,2,3 FULL=1 FAILED=1: print only failures); build/verify.json
+	build/lockstep verify $(selection) $(if $(FULL),--full) $(if $(FAILED),--failed) --json build/verify.json
 
 test: $(BUILD)/unit_tests build/lockstep  ## unit, property and fault tests
 	$(PYTHON) tests/figures_test.py
 	$(PYTHON) tests/frames_test.py
 	LOCKSTEP=build/lockstep $(BUILD)/unit_tests --gtest_brief=1
 
-bench: build/lockstep  ## time every kernel (KERNEL= FORM= SCENE= THREADS=1,2 QUICK=1: rough); build/bench.json
-	build/lockstep bench $(selection) $(quick) --json build/bench.json
+bench: build/lockstep  ## time every kernel (KERNEL= FORM= SCENE= THREADS=all QUICK=1: rough, RESUME=1: go on); build/bench.json
+	build/lockstep bench $(selection) $(quick) $(resume) --json build/bench.json
 
-figures: build/lockstep  ## redraw the papers' figures into build/figures/: index.html, SVG, the CSV behind each (QUICK=1: rough)
-	@mkdir -p build/figures
-	build/lockstep bench $(quick) --json build/figures/bench.json
-	build/lockstep scale $(quick) --json build/figures/scale.json
-	build/lockstep figures $(quick) --out build/figures
-	$(PYTHON) notes/figures/draw.py build/figures
+figures: build/lockstep  ## redraw the papers' figures into build/figures/ (QUICK=1: rough, THREADS=all, RESUME=1: go on, FIGURE=scalability: one)
+	$(PYTHON) notes/figures/measure.py build/lockstep $(drawn) $(if $(FIGURE),--figure '$(FIGURE)') \
+	  $(if $(THREADS),--threads $(THREADS)) $(quick) $(resume)
+	$(PYTHON) notes/figures/draw.py $(drawn) $(FIGURE)
+drawn = build/figures$(if $(FIGURE),/$(FIGURE))
 
 pictures: build/lockstep  ## render README's pictures, notes/pictures/*.png, from frames of our own
 	for run in castle_hit:54 dam_break_100k:200 garment:150 mesh_96:1; do \
@@ -102,7 +101,7 @@ pictures: build/lockstep  ## render README's pictures, notes/pictures/*.png, fro
 
 run: build/lockstep  ## simulate SCENE=flag_33, write frames for ParaView (OUT=build/frames/flag_33 FRAMES= VARIANT= FORM= THREADS= RESUME=1 FORCE=1)
 	build/lockstep run --scene '$(or $(SCENE),$(error SCENE= says which scene to run))' \
-	  --out "$(or $(OUT),build/frames/$$(basename '$(SCENE)' .toml))" $(if $(RESUME),--resume) $(if $(FORCE),--force) \
+	  --out "$(or $(OUT),build/frames/$$(basename '$(SCENE)' .toml))" $(resume) $(if $(FORCE),--force) \
 	  $(if $(VARIANT),--variant $(VARIANT)) $(if $(FORM),--form $(FORM)) $(if $(THREADS),--threads $(THREADS)) \
 	  $(if $(FRAMES),--frames $(FRAMES))
 
@@ -172,6 +171,7 @@ help:  ## list these commands
 	@sed -nE 's/^([a-z]+):.*## (.*)/  make \1\t\2/p' Makefile | expand -t 20
 
 quick = $(if $(QUICK),--quick)
+resume = $(if $(RESUME),--resume)
 selection = $(if $(KERNEL),--kernel '$(KERNEL)') $(if $(FORM),--form '$(FORM)') $(if $(SCENE),--scene '$(SCENE)') $(if $(THREADS),--threads $(THREADS))
 
 # build/lockstep links to the program that was built last. It changes with ISA.

@@ -41,10 +41,13 @@ TEST_F(NamedKernels, AreADomainALastPartOrAPattern) {
   EXPECT_EQ(verified("collide", "rope"), std::set<std::string>{"cloth/collide"});
   EXPECT_EQ(verified("*/step", "single"), std::set<std::string>{"fluid/step"});
   EXPECT_EQ(verified("fluid", "single").size(), 6u);
+  EXPECT_EQ(verified("cloth/collide,verlet", "rope"), (std::set<std::string>{"cloth/collide", "cloth/verlet"}));
 }
 
 TEST_F(NamedKernels, RefusesUnknownOnesWithTheNearest) {
-  expect_refused({"verify", "--kernel", "fluid/density"}, "no kernel fluid/density, see `lockstep list`; did you mean fluid/densities?");
+  expect_refused({"verify", "--kernel", "fluid/density"},
+                 "no kernel fluid/density, see `lockstep list`; did you mean fluid/densities?");
+  expect_refused({"verify", "--kernel", "fluid/forces,fluid/density"}, "no kernel fluid/density,");
   expect_refused({"bench", "--kernel", "forces", "--form", "sub_girds"},
                  "no form sub_girds of forces, expected one of: owner_gather, pair_lists, sub_grid, cell_locks");
   expect_refused({"verify", "--kernel", "advance", "--scene", "castle"},

@@ -1,7 +1,9 @@
 // `lockstep verify` and `bench` from the command line: exit codes, and reports that parse and hold every field.
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <set>
 #include <string>
 #include <vector>
@@ -40,6 +42,45 @@ TEST_F(Cli, VerifiesAndReports) {
     EXPECT_EQ(row["passed"], true);
   }
   EXPECT_EQ(report["rows"][1]["threads"], 2);
+}
+
+// A table of kernels ends the rows; with --failed only failures are printed.
+TEST_F(Cli, SumsUpByKernel) {
+  const std::vector<std::string> some = {"verify",    "--kernel", "fluid/advance,fluid/densities", "--scene", "single",
+                                         "--threads", "1,2"};
+  const Outcome all = run(some);
+  EXPECT_EQ(all.code, 0);
+  const std::size_t table = all.out.find("error/bound");
+  ASSERT_NE(table, std::string::npos) << all.out;
+  EXPECT_TRUE(std::regex_search(all.out.substr(table), std::regex("\nfluid/advance +2 +0 +- +2 bitwise\n"))) << all.out;
+  EXPECT_TRUE(std::regex_search(all.out.substr(table), std::regex("\nfluid/densities +[0-9]+ +0 "))) << all.out;
+  std::vector<std::string> quiet = some;
+  quiet.push_back("--failed");
+  EXPECT_TRUE(std::regex_match(run(quiet).out, std::regex("[0-9]+ passed, 0 failed\n")));
+
+  const std::string wrong = scene(good_scene + "[holds]\nmomentum_conserved = true\n");
+  const Outcome failed =
+      run({"verify", "--kernel", "fluid/step,fluid/advance", "--scene", wrong, "--threads", "1", "--failed"});
+  EXPECT_EQ(failed.code, 1);
+  EXPECT_EQ(failed.out.find("fluid/advance"), std::string::npos) << failed.out;
+  EXPECT_NE(failed.out.find("FAILED"), std::string::npos) << failed.out;
+  EXPECT_TRUE(std::regex_search(failed.out, std::regex("\nfluid/step +4 +4 ")));
+}
+
+// Other programs' work is said in a line, and kept.
+TEST_F(Cli, WarnsOfABusyMachine) {
+  const pid_t spinner = fork();
+  if (spinner == 0)
+    for (;;) {
+    }
+  const std::string json = path("verify.json");
+  const Outcome outcome =
+      run({"verify", "--kernel", "fluid/advance", "--scene", "single", "--threads", "1", "--json", json});
+  kill(spinner, SIGKILL);
+  waitpid(spinner, nullptr, 0);
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_NE(read_bytes(err_file()).find("cores busy: times will be disturbed\n"), std::string::npos);
+  EXPECT_GE(nlohmann::json::parse(read_bytes(json))["machine"]["busy_cores"].get<double>(), .5);
 }
 
 // A user's scene goes to the kernels that accept it, and to no others.
@@ -118,6 +159,21 @@ TEST_F(Cli, BenchesAndReports) {
     variants.insert(row["variant"].get<std::string>());
   }
   EXPECT_EQ(variants, (std::set<std::string>{"serial", "openmp"}));
+}
+
+// The spread of one sample is no number.
+TEST_F(Cli, SaysNoSpreadOfASingleSample) {
+  const std::string json = path("bench.json");
+  const Outcome outcome =
+      run({"bench", "--kernel", "fluid/advance", "--scene", "single", "--threads", "1", "--quick", "--json", json});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out.find('%'), std::string::npos) << outcome.out;
+  const auto report = nlohmann::json::parse(read_bytes(json));
+  EXPECT_EQ(report["quick"], true);
+  for (const auto& row : report["rows"]) {
+    EXPECT_TRUE(row["spread"].is_null());
+    EXPECT_TRUE(row["whole_cores"].is_boolean());
+  }
 }
 
 }  // namespace

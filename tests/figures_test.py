@@ -1,10 +1,13 @@
 """Tests the figures and their index with small reports: /usr/bin/python3 tests/figures_test.py"""
 
+import argparse
 import contextlib
+import copy
 import csv
 import io
 import json
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -13,10 +16,10 @@ import unittest
 FOLDER = pathlib.Path(__file__).resolve().parent.parent / "notes" / "figures"
 sys.path.insert(0, str(FOLDER))
 import draw  # noqa: E402, from the folder above
+import measure  # noqa: E402
 
 MACHINE = {"date": "2026-01-31", "cpu": "a cpu", "cores": 2, "isa": "avx2", "lanes": 8, "compiler": "g++", "flags": "-O3"}
 MACHINE |= {"commit": "abc1234", "omp": {"version": 201511}}
-PEAKS = [{"threads": t, "triad_gb_per_s": 20.0 * t, "fma_gflop_per_s": 100.0 * t} for t in (1, 2)]
 SHARES = {"work": 0.5, "serial": 0.1, "together": 0.1, "locks": 0.1, "dispatch": 0.1, "waiting": 0.05}  # the remaining 0.05 is memory
 
 # kernel, form, scene: the rows that the figures need.
@@ -38,24 +41,26 @@ KERNELS = [
 ]
 
 
-def modelled(cores, ms, measured_ms):
-    """The model's fields of a row, as in scale.json and in the reports of figures."""
-    row = {"cores": cores, "modelled_ms": ms, "compute_ms": ms, "memory_ms": 0.0} | SHARES
-    return row | ({"measured_ms": measured_ms, "off_by": ms / measured_ms - 1} if cores <= 2 else {})
+def reports(threads=(1, 2)):
+    """Every report, small, with different numbers in each row, of a machine with as many cores as the most threads."""
 
+    def modelled(cores, ms, measured_ms):
+        """The model's fields of a row, as in scale.json and in the reports of figures."""
+        row = {"cores": cores, "modelled_ms": ms, "compute_ms": ms, "memory_ms": 0.0} | SHARES
+        return row | ({"measured_ms": measured_ms, "off_by": ms / measured_ms - 1} if cores <= threads[-1] else {})
 
-def reports():
-    """Every report, small, with different numbers in each row."""
+    counts = sorted({*threads, 64})
     bench, scale = [], []
-    times = [("serial", 1, 80.0), ("serial_twin", 1, 90.0), ("openmp", 1, 10.0), ("openmp", 2, 5.5)]
+    times = [("serial", 1, 80.0), ("serial_twin", 1, 90.0), ("openmp", 1, 10.0), *(("openmp", t, 11.0 / t) for t in threads[1:])]
     for k, (kernel, form, scene) in enumerate(KERNELS):
         named = {"kernel": kernel, "form": form, "scene": scene}
-        for variant, threads, base in times:
+        for variant, count, base in times:
             ms = base + k
-            row = named | {"variant": variant, "threads": threads, "lanes": 8 if variant == "openmp" else 1, "ms": ms, "spread": 0.1}
+            row = named | {"variant": variant, "threads": count, "lanes": 8 if variant == "openmp" else 1, "ms": ms}
+            row |= {"spread": 0.1, "whole_cores": True}
             flops = 0.0 if kernel == "rigid/match_contacts" else 1e6 * (k + 1)
             bench.append(row | {"items": 1000.0, "unit": "bodies", "items_per_s": 1e6 / ms, "bytes": 1e6, "flops": flops})
-        scale += [named | modelled(cores, (10.0 + k) / cores, 11.0 / cores) for cores in (1, 2, 64)]
+        scale += [named | modelled(cores, (10.0 + k) / cores, 11.0 / cores) for cores in counts]
 
     cloth = [
         {"scene": scene, "form": form, "iterations": n, "residual": slowness / n}
@@ -67,7 +72,7 @@ def reports():
     both = {"fast_marching": 300.0, "fast_sweeping": 100.0}
     levelset = [{"scene": "s", "algorithm": a, "blocks": 1, "variant": "serial", "measured_ms": ms} for a, ms in both.items()]
     for blocks in (1, 8):
-        for cores in (1, 2, 64):
+        for cores in counts:
             for algorithm, ms in both.items():
                 row = {"scene": "s", "algorithm": algorithm, "blocks": blocks, "variant": "openmp"}
                 row |= {"work_points": 50.0 * blocks, "band_points": 50.0}
@@ -75,7 +80,7 @@ def reports():
 
     serial = {"original": 120.0, "batches": 130.0}
     contacts = [{"scene": "pyramid_24", "form": form, "variant": "serial", "measured_ms": ms} for form, ms in serial.items()]
-    for cores in (1, 2, 64):
+    for cores in counts:
         for form, ms in (("original", 30.0), ("batches", 20.0), ("reorder", 2.0)):
             contacts.append({"scene": "pyramid_24", "form": form, "variant": "openmp"} | modelled(cores, ms / cores, ms / cores + 0.5))
     contacts += [{"scene": "pyramid_24", "variant": "batch_size", "batch": k, "contacts": 100 - 40 * k} for k in range(3)]
@@ -84,8 +89,9 @@ def reports():
     with_costs = {"scale": scale, "cloth_convergence": cloth, "levelset_blocks": levelset, "levelset_slice": slice_}
     with_costs["contact_batches"] = contacts
     costs = {"costs": {"lock_moved_ns": 6.2, "memory_gb_per_s": 40.0}}
-    bench_report = {"machine": MACHINE | {"peaks": PEAKS}, "rows": bench}
-    return {"bench": bench_report} | {name: {"machine": MACHINE | costs, "rows": rows} for name, rows in with_costs.items()}
+    peaks = {"peaks": [{"threads": t, "triad_gb_per_s": 20.0 * t, "fma_gflop_per_s": 100.0 * t} for t in threads]}
+    found = {"bench": {"quick": False, "machine": MACHINE | peaks, "rows": bench}}
+    return found | {name: {"quick": False, "machine": MACHINE | costs, "rows": rows} for name, rows in with_costs.items()}
 
 
 def write(reports_, folder):
@@ -93,8 +99,24 @@ def write(reports_, folder):
         (folder / f"{name}.json").write_text(json.dumps(report))
 
 
-def run_draw(folder):
-    return subprocess.run([sys.executable, FOLDER / "draw.py", folder], capture_output=True, text=True)
+def run_draw(folder, *figure):
+    return subprocess.run([sys.executable, FOLDER / "draw.py", folder, *figure], capture_output=True, text=True)
+
+
+def rows_in(folder, name):
+    with open(folder / f"{name}.csv", newline="") as lines:
+        return list(csv.DictReader(lines))
+
+
+@contextlib.contextmanager
+def drawn(reports_, *figure):
+    """A folder with the figures of these reports."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        write(reports_, folder)
+        with contextlib.redirect_stdout(io.StringIO()):
+            draw.main(folder, *figure)
+        yield folder
 
 
 class Figures(unittest.TestCase):
@@ -110,8 +132,7 @@ class Figures(unittest.TestCase):
         cls.index = (cls.folder / "index.html").read_text()
 
     def rows(self, name):
-        with open(self.folder / f"{name}.csv", newline="") as lines:
-            return list(csv.DictReader(lines))
+        return rows_in(self.folder, name)
 
     def row(self, name, **wanted):
         found = [r for r in self.rows(name) if all(r[column] == str(value) for column, value in wanted.items())]
@@ -176,7 +197,7 @@ class Figures(unittest.TestCase):
         row = self.row("modules", kernel="rigid/gjk")
         self.assertAlmostEqual(float(row["simd_gain"]), (80 + k) / (10 + k))
         self.assertAlmostEqual(float(row["simd_gain_over_twin"]), (90 + k) / (10 + k))
-        self.assertAlmostEqual(float(row["two_threads_measured"]), (10 + k) / (5.5 + k))
+        self.assertAlmostEqual(float(row["threads_measured"]), (10 + k) / (5.5 + k))
         self.assertAlmostEqual(float(row["threads_modelled"]), 64)
 
     def test_blocks_are_the_best_at_each_number_of_cores(self):
@@ -200,6 +221,83 @@ class Figures(unittest.TestCase):
 
     def test_kernels_without_flops_are_named(self):
         self.assertIn("left out: rigid/match_contacts.", self.index)
+
+    def test_measured_points_reach_as_far_as_the_machine(self):
+        for threads in ((1, 2, 4, 8, 16, 32, 64), (1,)):
+            most = threads[-1]
+            words = f"{most} thread" + ("s" if most > 1 else "")
+            with drawn(reports(threads)) as folder:
+                index = (folder / "index.html").read_text()
+                self.assertIn(f"<b>The model at {words}:</b>", index)
+                for name in ("scalability", "sph_locks"):
+                    measured = {r["cores"] for r in rows_in(folder, name) if r["kind"] == "measured"}
+                    self.assertEqual(measured, {str(t) for t in threads}, name)
+                self.assertEqual({r["threads"] for r in rows_in(folder, "modules")}, {str(most)})
+                self.assertEqual({r["threads"] for r in rows_in(folder, "frame_times")}, {"1", str(most)})
+                self.assertEqual({r["cores"] for r in rows_in(folder, "model_validation")}, {str(t) for t in threads})
+                for beginning in (f"{words}: rigid body step ", f"{words}: owner_gather ", f"{words} over serial: ", f"{words}: marching "):
+                    self.assertIn(f"<td>{beginning}", index)
+                self.assertRegex(index, f"{words} [0-9.]+ GFLOP/s")  # of the roofline
+                self.assertNotIn("<td>2 threads", index)
+
+    def test_rough_runs_say_so_everywhere(self):
+        self.assertNotIn("QUICK", self.index)
+        rough = {name: report | {"quick": True} for name, report in self.reports.items()}
+        with drawn(rough) as folder:
+            index = (folder / "index.html").read_text()
+            for part in index.split("<section ")[:-1]:  # the page's head, and each figure; the machine comes last
+                self.assertIn("QUICK run, rough numbers", part)
+        one = self.reports | {"scale": rough["scale"]}
+        self.assertIn(": scale.json.", draw.rough(one, ["bench", "scale"]))
+        self.assertEqual(draw.rough(one, ["bench"]), "")
+
+    def test_what_never_had_whole_cores_is_hollow_and_grey(self):
+        disturbed = copy.deepcopy(reports())
+        for r in disturbed["bench"]["rows"]:
+            if r["kernel"] in ("fluid/step", "rigid/box_box") and r["variant"] == "openmp" and r["threads"] == 2:
+                r |= {"whole_cores": False, "spread": None}
+        with drawn(disturbed) as folder:
+            index = (folder / "index.html").read_text()
+            for name, count in {"scalability": 1, "sph_locks": 4, "frame_times": 1, "modules": 1, "roofline": 5}.items():
+                section = index[index.index(f"<section id='{name}'>") :].split("</section>")[0]
+                self.assertIn(f"Hollow grey: {count} of the measured values", section)
+                flagged = [r for r in rows_in(folder, name) if r["whole_cores"] == "False"]
+                self.assertEqual(len(flagged), count, name)
+
+                def greys(of):
+                    return len(re.findall("stroke: #999999", (of / f"{name}.svg").read_text()))
+
+                self.assertGreater(greys(folder), greys(self.folder), name)
+        self.assertNotIn("Hollow grey", self.index)
+
+    def test_one_figure_needs_its_own_reports_alone(self):
+        only = {name: copy.deepcopy(self.reports[name]) for name in ("bench", "scale")}
+        for report in only.values():
+            report["rows"] = [r for r in report["rows"] if r["kernel"] == "fluid/step"]
+        with drawn(only, "sph_locks") as folder:
+            self.assertEqual({path.suffix for path in folder.iterdir()}, {".json", ".csv", ".svg", ".html"})
+            index = (folder / "index.html").read_text()
+            self.assertEqual(index.count("<section "), 2)  # the figure and the machine
+        self.assertEqual(run_draw(self.folder, "sph_lock").returncode, 2)
+
+    def test_each_figure_asks_for_what_it_draws(self):
+        for name, module in draw.chosen().items():
+            needs = measure.needed({name: module})
+            behind = {reference.split(".json#")[0] for row in self.rows(name) for reference in row["from"].split(",")}
+            self.assertLessEqual(behind, set(needs), name)
+            kernels = {row["kernel"] for row in self.rows(name) if row.get("kernel")}
+            for report in ("bench", "scale"):
+                if report in behind and needs[report] is not None:
+                    self.assertEqual(kernels, set(needs[report]), name)
+        together = measure.needed(draw.chosen())
+        self.assertEqual(set(together), set(self.reports))
+        self.assertIsNone(together["bench"])  # the roofline shows every kernel
+
+        options = argparse.Namespace(threads="1,2", quick=False, resume=True)
+        found = measure.commands("lockstep", pathlib.Path("f"), measure.needed(draw.chosen("sph_locks")), options)
+        bench = ["lockstep", "bench", "--kernel", "fluid/step", "--threads", "1,2", "--resume", "--json", "f/bench.json"]
+        scale = ["lockstep", "scale", "--kernel", "fluid/step", "--resume", "--json", "f/scale.json"]
+        self.assertEqual([[str(word) for word in command] for command in found], [bench, scale])
 
     def test_what_is_missing_is_told_in_a_line(self):
         def refused(wrong, expected):

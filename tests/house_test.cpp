@@ -84,6 +84,19 @@ TEST(House, NumbersAreWhatTheTextSays) {
   EXPECT_TRUE(mentions("-ffp-contract=off"));
 }
 
+TEST(House, ReadmeCitesWhomTheCitationFileNames) {
+  std::string readme;
+  for (const std::string& line : lines_of("README.md")) readme += line + ' ';
+  int authors = 0;
+  for (const std::string& line : lines_of("CITATION.cff")) {
+    std::smatch name;
+    if (!std::regex_search(line, name, std::regex("family-names: ([^,]+), given-names: ([^}]+)"))) continue;
+    ++authors;
+    EXPECT_NE(readme.find(name[1].str() + ", " + name[2].str()), std::string::npos) << name[0];
+  }
+  EXPECT_EQ(authors, 17);
+}
+
 // A reduction over floats would answer differently at every thread count.
 TEST(House, NoReductionInOpenmp) {
   for (const fs::path& path : sources_below("openmp"))

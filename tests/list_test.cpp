@@ -6,7 +6,9 @@
 #include <fstream>
 #include <iterator>
 #include <set>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include "tests/cli.h"
 #include "verify/domain.h"
@@ -30,6 +32,36 @@ TEST_F(Cli, ListsWhatReadmeSays) {
   ASSERT_NE(at, std::string::npos);
   const std::string table = readme.substr(at + begin.size(), readme.find("<!-- end -->", at) - at - begin.size());
   EXPECT_EQ(table, outcome.out) << "README's table is what build/lockstep list --markdown prints";
+}
+
+TEST_F(Cli, ListsNamesForLoopsOfAShell) {
+  const auto listed = [&](const std::string& what) {
+    const Outcome outcome = run({"list", what});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    std::vector<std::string> lines;
+    std::istringstream text(outcome.out);
+    for (std::string line; std::getline(text, line);) lines.push_back(line);
+    EXPECT_EQ(std::set(lines.begin(), lines.end()).size(), lines.size()) << what;
+    return lines;
+  };
+  std::vector<std::string> names, forms;
+  for (const verify::Kernel& kernel : verify::kernels()) {
+    if (names.empty() || names.back() != kernel.name) names.push_back(kernel.name);
+    forms.push_back(kernel.form.empty() ? kernel.name : kernel.name + ' ' + kernel.form);
+  }
+  EXPECT_EQ(listed("kernels"), names);
+  EXPECT_EQ(listed("forms"), forms);
+  const std::vector<std::string> scenes = listed("scenes");
+  std::size_t files = 0;
+  for (const verify::Domain& domain : verify::domains())
+    for (const auto& entry : fs::directory_iterator("scenes/" + domain.name))
+      if (entry.path().extension() == ".toml") {
+        ++files;
+        EXPECT_EQ(std::ranges::count(scenes, entry.path().stem().string()), 1) << entry.path();
+      }
+  EXPECT_EQ(scenes.size(), files);
+  expect_refused({"list", "kernel"}, "kernels");
+  expect_refused({"list", "kernels", "--json"}, "--json");
 }
 
 // serial/DOMAIN/KERNEL.cpp, openmp/DOMAIN/KERNEL.cpp and verify/DOMAIN/KERNEL.cpp hold a kernel.

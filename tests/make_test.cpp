@@ -53,6 +53,13 @@ TEST(Make, PassesOnWhatItIsGiven) {
   has("run SCENE=dam_break_5k FORM=sub_grid", "--form sub_grid");
   has("bench QUICK=1", "--quick");
   has("verify KERNEL='*/step'", "--kernel '*/step'");
+  has("verify FAILED=1", "--failed");
+  has("bench RESUME=1", "--resume");
+  has("figures", "measure.py build/lockstep build/figures ");
+  has("figures FIGURE=sph_locks THREADS=all RESUME=1", "build/figures/sph_locks --figure 'sph_locks'");
+  has("figures FIGURE=sph_locks THREADS=all RESUME=1", "--threads all");
+  has("figures FIGURE=sph_locks THREADS=all RESUME=1", "--resume");
+  has("figures FIGURE=sph_locks", "draw.py build/figures/sph_locks sph_locks");
 }
 
 TEST(Make, DiffShowsAFormAlone) {

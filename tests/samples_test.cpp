@@ -50,5 +50,11 @@ TEST(Samples, HaveQuantiles) {
   EXPECT_EQ(quantile(samples, &Sample::turns, .75), 40);
 }
 
+TEST(Samples, HaveASpreadFromTwoOn) {
+  EXPECT_EQ(spread({{3, 1}}), std::nullopt);
+  EXPECT_EQ(spread({{3, 1}, {3, 1}}), 0);
+  EXPECT_DOUBLE_EQ(spread({{5, 1}, {1, 1}, {4, 1}, {2, 1}, {3, 1}}).value(), 2. / 3);
+}
+
 }  // namespace
 }  // namespace lockstep::verify

@@ -10,15 +10,18 @@
 // GB/s and GFLOP/s use the bytes and flops declared beside each kernel. They compare with this machine's peaks, which
 // the program measures itself: triad a = b + s c over arrays beyond the caches, and independent fused multiply-adds in
 // lanes.
+//
+// A run that is cut off keeps the rows of the cases that it finished; --resume measures the others.
 #include <omp.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <deque>
 #include <filesystem>
-#include <numeric>
+#include <optional>
 
 #include "common/simd.h"
+#include "verify/busy.h"
 #include "verify/costs.h"
 #include "verify/held_team.h"
 #include "verify/report.h"
@@ -89,6 +92,7 @@ Measured measure(const Kernel& kernel, const std::string& scene_path, const std:
     const auto [samples, lack_cores] = counted(variant.samples, turns * variant.cores(), effort.repeats);
     measured.lacks_cores |= lack_cores;
     const double median = quantile(samples, &Sample::seconds, .5);
+    const std::optional<double> spread_of_samples = spread(samples);
     const Work& work = run.work;
     measured.rows.push_back(
         {{"kernel", kernel.name},
@@ -98,9 +102,10 @@ Measured measure(const Kernel& kernel, const std::string& scene_path, const std:
          {"threads", variant.threads},
          {"lanes", variant.name == "openmp" ? lanes : 1},
          {"cores", quantile(samples, &Sample::turns, .5) / turns},
+         {"whole_cores", !lack_cores},
          {"ms", median * 1e3},
          {"least_ms", quantile(samples, &Sample::seconds, 0) * 1e3},
-         {"spread", (quantile(samples, &Sample::seconds, .75) - quantile(samples, &Sample::seconds, .25)) / median},
+         {"spread", spread_of_samples ? nlohmann::ordered_json(*spread_of_samples) : nlohmann::ordered_json()},
          {"items", work.items},
          {"unit", work.unit},
          {"items_per_s", work.items / median},
@@ -115,17 +120,31 @@ void print(const nlohmann::ordered_json& row, double serial_ms) {
   const auto text = [&](const char* key) { return row[key].get<std::string>(); };
   const auto number = [&](const char* key) { return row[key].get<double>(); };
   const double ms = number("ms");
-  std::printf("%-19s %-13s %-15s %-11s %7d %5.2f %9.3f %9.3f %6.1f%% %12.4g %7.2f %8.2f %9.2f\n",
-              text("kernel").c_str(), text("form").c_str(), text("scene").c_str(), text("variant").c_str(),
-              row["threads"].get<int>(), number("cores"), ms, number("least_ms"), number("spread") * 100,
-              number("items_per_s"), number("bytes") / ms * 1e-6, number("flops") / ms * 1e-6, serial_ms / ms);
+  char spread[16] = "-";
+  if (!row["spread"].is_null()) std::snprintf(spread, sizeof spread, "%.1f%%", number("spread") * 100);
+  std::printf("%-19s %-13s %-15s %-11s %7d %5.2f %9.3f %9.3f %7s %12.4g %7.2f %8.2f %9.2f\n", text("kernel").c_str(),
+              text("form").c_str(), text("scene").c_str(), text("variant").c_str(), row["threads"].get<int>(),
+              number("cores"), ms, number("least_ms"), spread, number("items_per_s"), number("bytes") / ms * 1e-6,
+              number("flops") / ms * 1e-6, serial_ms / ms);
+}
+
+// Whether the rows of a case say what is asked for: serial, and openmp at each number of threads.
+bool complete(const nlohmann::ordered_json& rows, const std::vector<int>& threads) {
+  const auto has = [&](const char* variant, int count) {
+    return std::ranges::any_of(rows, [&](const nlohmann::ordered_json& row) {
+      return row.value("variant", nlohmann::ordered_json()) == variant &&
+             row.value("threads", nlohmann::ordered_json()) == count;
+    });
+  };
+  return has("serial", 1) && std::ranges::all_of(threads, [&](int count) { return has("openmp", count); });
 }
 
 }  // namespace
 
 int bench(const Options& options) {
   const std::vector<Selected> selected = select(options, Purpose::bench);
-  Report report(options.json, options.quick);
+  Report report(options.json, options.quick, options.resume);
+  report.on["busy_cores"] = busy_cores();
   for (int threads : options.threads) {
     progress("peaks of the machine");
     report.on["peaks"].push_back({{"threads", threads},
@@ -141,18 +160,28 @@ int bench(const Options& options) {
 
   const Effort effort = options.quick ? quick_effort : full_effort;
   std::vector<nlohmann::ordered_json> rows(selected.size());  // of each case
+  std::deque<std::size_t> waiting;
+  for (std::size_t k = 0; k < selected.size(); ++k) {
+    const auto& [kernel, scene_path] = selected[k];
+    rows[k] = report.take_earlier(
+        {{"kernel", kernel.name}, {"form", kernel.form}, {"scene", std::filesystem::path(scene_path).stem().string()}});
+    if (complete(rows[k], options.threads)) {
+      for (const auto& row : rows[k]) print(row, rows[k][0]["ms"]);
+    } else {
+      rows[k].clear();
+      waiting.push_back(k);
+    }
+  }
   const auto all_rows = [&] {
-    auto all = nlohmann::ordered_json::array();
+    nlohmann::ordered_json all = report.earlier();  // of cases that this run does not select
     for (const auto& of_case : rows) all.insert(all.end(), of_case.begin(), of_case.end());
     return all;
   };
-  std::deque<std::size_t> waiting(selected.size());
-  std::iota(waiting.begin(), waiting.end(), 0);
   double turns = 0, patience = effort.patience;
-  for (std::size_t made = 0; !waiting.empty(); ++made) {
+  for (std::size_t first = waiting.size(); !waiting.empty(); first -= first > 0) {
     const std::size_t k = waiting.front();
     waiting.pop_front();
-    const bool again = made >= selected.size();
+    const bool again = first == 0;
     if (!again || patience > 0) {
       const auto& [kernel, scene_path] = selected[k];
       progress(kernel.name + " " + kernel.form + " on " + std::filesystem::path(scene_path).stem().string());

@@ -17,6 +17,7 @@
 // thread's own cache as in use, some kilobytes that fill up within hundreds of steps. `make endure` disables that
 // cache.
 #include <malloc.h>
+#include <omp.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -28,6 +29,7 @@
 
 #include "common/input_error.h"
 #include "verify/domain.h"
+#include "verify/held_team.h"
 #include "verify/options.h"
 #include "verify/report.h"
 #include "verify/simulation.h"
@@ -122,9 +124,11 @@ int endure(const EndureOptions& options) {
     Endurance endurance = {.simulation = simulation, .steps = options.steps};
     const int again = (options.steps + 19) / 20;
     try {
-      endurance.go_and_again(again);
-      endurance.go(options.steps - 2 * again);
-      endurance.go_and_again(again);
+      hold_team(omp_get_max_threads(), [&] {
+        endurance.go_and_again(again);
+        endurance.go(options.steps - 2 * again);
+        endurance.go_and_again(again);
+      });
     } catch (const InputError& error) {
       endurance.refusal = error.what();
     }

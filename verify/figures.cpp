@@ -16,8 +16,10 @@
 #include "common/rigid/batches.h"
 #include "common/rigid/scene.h"
 #include "common/rigid/step.h"
+#include "verify/busy.h"
 #include "verify/cloth/forms.h"
 #include "verify/cloth/run.h"
+#include "verify/names.h"
 #include "verify/options.h"
 #include "verify/report.h"
 #include "verify/rigid/run.h"
@@ -27,6 +29,28 @@ namespace lockstep::verify {
 namespace {
 
 using Rows = nlohmann::ordered_json;
+
+// The rows of a report as they come.
+class RowsOf {
+ public:
+  explicit RowsOf(Report& report) : report_(report) {}
+
+  // A row of these fields and of the values that `measure` returns, unless an earlier run left it.
+  void add(Rows fields, const std::function<Rows()>& measure) {
+    const Rows earlier = report_.take_earlier(fields);
+    if (earlier.empty()) fields.update(measure());
+    rows_.push_back(earlier.empty() ? fields : earlier[0]);
+    Rows all = rows_;
+    all.insert(all.end(), report_.earlier().begin(), report_.earlier().end());
+    report_.keep(all);
+  }
+  void add(Rows row) { rows_.push_back(std::move(row)); }  // one that takes no time
+  void finish() { report_.finish(rows_); }
+
+ private:
+  Report& report_;
+  Rows rows_ = Rows::array();
+};
 
 std::vector<int> cores_of(const FigureOptions& options) {
   return options.quick ? std::vector<int>{1, 2, 64} : std::vector<int>{1, 2, 4, 8, 16, 32, 64};
@@ -45,7 +69,7 @@ double least_ms(int repeats, const std::function<void()>& reset, const std::func
 }
 
 // Residual over iterations, by the order in which constraints are enforced.
-void cloth_convergence(const FigureOptions& options, const Model&, Rows& rows) {
+void cloth_convergence(const FigureOptions& options, const Model&, RowsOf& rows) {
   const std::vector<int> iterations =
       options.quick ? std::vector<int>{5, 20, 80} : std::vector<int>{5, 7, 10, 14, 20, 28, 40, 57, 80, 113, 160};
   for (const std::string scene : {"flag_33", "sheet_on_sphere", "rope", "pulled_edge"}) {
@@ -54,15 +78,16 @@ void cloth_convergence(const FigureOptions& options, const Model&, Rows& rows) {
       for (const int n : iterations) {
         progress("cloth_convergence: " + scene + ' ' + form.name + ", " + std::to_string(n) + " iterations");
         cloth::Relax<float>* const relax = form.openmp_relax ? form.openmp_relax : form.serial_relax;
-        rows.push_back(
-            {{"scene", scene}, {"form", form.name}, {"iterations", n}, {"residual", residual_left(start, relax, n)}});
+        rows.add({{"scene", scene}, {"form", form.name}, {"iterations", n}}, [&] {
+          return Rows{{"residual", residual_left(start, relax, n)}};
+        });
       }
   }
 }
 
 // Cost and gain of blocks: marching and sweeping of 256^3 points in blocks, and the undivided serial forms. Also the
 // amount of repeated work, which does not depend on the machine.
-void levelset_blocks(const FigureOptions& options, const Model& model, Rows& rows) {
+void levelset_blocks(const FigureOptions& options, const Model& model, RowsOf& rows) {
   const std::string name = options.quick ? "spheres_and_box_128" : "spheres_and_box_256";
   const levelset::Scene scene = levelset::load_scene("scenes/levelset/" + name + ".toml");
   const auto band = static_cast<float>(scene.band);
@@ -75,15 +100,15 @@ void levelset_blocks(const FigureOptions& options, const Model& model, Rows& row
   const int repeats = options.quick ? 1 : 3;
 
   const auto serial_row = [&](const char* algorithm, const std::function<void()>& run) {
-    rows.push_back({{"scene", name},
-                    {"algorithm", algorithm},
-                    {"blocks", 1},
-                    {"variant", "serial"},
-                    {"measured_ms", least_ms(repeats, reset, run)}});
+    rows.add({{"scene", name}, {"algorithm", algorithm}, {"blocks", 1}, {"variant", "serial"}}, [&] {
+      return Rows{{"measured_ms", least_ms(repeats, reset, run)}};
+    });
   };
   progress("levelset_blocks: serial");
   serial_row("fast_marching", [&] { levelset::serial::fast_marching_heap(d, band); });
   serial_row("fast_sweeping", [&] { levelset::serial::fast_sweeping_sweeps(d, band, 1); });
+  reset();
+  levelset::openmp::fast_sweeping_sweeps(d, band, 1);
   const double band_points = points_within(d);
 
   for (const int side : options.quick ? std::vector<int>{1, 4} : std::vector<int>{1, 2, 3, 4, 5, 6}) {
@@ -105,17 +130,23 @@ void levelset_blocks(const FigureOptions& options, const Model& model, Rows& row
           else
             levelset::openmp::fast_sweeping_blocks(d, band, 1, size);
         };
-        Rows row = {{"scene", name},       {"algorithm", algorithm}, {"blocks", side * side * side},
-                    {"variant", "openmp"}, {"work_points", work},    {"band_points", band_points}};
-        row.update(scale_row(model, {reset, run, 8. * static_cast<double>(start.distance.value.size())}, cores,
-                             options.quick));
-        rows.push_back(row);
+        rows.add({{"scene", name},
+                  {"algorithm", algorithm},
+                  {"blocks", side * side * side},
+                  {"variant", "openmp"},
+                  {"work_points", work},
+                  {"band_points", band_points},
+                  {"cores", cores}},
+                 [&] {
+                   const double bytes = 8. * static_cast<double>(start.distance.value.size());
+                   return scale_row(model, {reset, run, bytes}, cores, options.quick);
+                 });
       }
   }
 }
 
 // The distances of a slice through the middle of the spheres and the box, and their first-order error.
-void levelset_slice(const FigureOptions&, const Model&, Rows& rows) {
+void levelset_slice(const FigureOptions&, const Model&, RowsOf& rows) {
   const levelset::Scene scene = levelset::load_scene("scenes/levelset/spheres_and_box_128_full.toml");
   levelset::Distances<float> d;
   levelset::openmp::initialize(scene.phi, d);
@@ -125,14 +156,13 @@ void levelset_slice(const FigureOptions&, const Model&, Rows& rows) {
     for (int x = 0; x < scene.grid.nx; ++x) {
       const double exact = levelset::signed_distance(scene.shapes, scene.grid.position(x, y, z));
       const double found = scene.phi(x, y, z) < 0 ? -d.distance(x, y, z) : d.distance(x, y, z);
-      rows.push_back(
-          {{"x", x}, {"y", y}, {"distance", found}, {"error_in_spacings", (found - exact) / scene.grid.spacing}});
+      rows.add({{"x", x}, {"y", y}, {"distance", found}, {"error_in_spacings", (found - exact) / scene.grid.spacing}});
     }
 }
 
 // Gain and cost of reordering contacts into batches: ten substeps over the settled contacts of a scene, in the original
 // order (as parallel as it allows), and in batches with the time to make them. Also the sizes of the batches.
-void contact_batches(const FigureOptions& options, const Model& model, Rows& rows) {
+void contact_batches(const FigureOptions& options, const Model& model, RowsOf& rows) {
   using namespace rigid;
   const std::vector<std::string> scenes =
       options.quick ? std::vector<std::string>{"pyramid_15"}
@@ -163,8 +193,9 @@ void contact_batches(const FigureOptions& options, const Model& model, Rows& row
     };
     const int repeats = options.quick ? 1 : 3;
     const auto serial_row = [&](const char* form, const std::function<void()>& solve) {
-      rows.push_back(
-          {{"scene", name}, {"form", form}, {"variant", "serial"}, {"measured_ms", least_ms(repeats, reset, solve)}});
+      rows.add({{"scene", name}, {"form", form}, {"variant", "serial"}}, [&] {
+        return Rows{{"measured_ms", least_ms(repeats, reset, solve)}};
+      });
     };
     progress("contact_batches: " + name);
     serial_row("original", original(serial::contact_solver_original));
@@ -173,25 +204,27 @@ void contact_batches(const FigureOptions& options, const Model& model, Rows& row
         static_cast<double>(memory.manifolds.size() * (sizeof(Manifold<float>) + 2 * sizeof(Impulses<float>)));
     for (const int cores : cores_of(options)) {
       const auto scaled = [&](const char* form, const std::function<void()>& solve) {
-        Rows row = {{"scene", name}, {"form", form}, {"variant", "openmp"}};
-        row.update(scale_row(model, {reset, solve, bytes}, cores, options.quick));
-        rows.push_back(row);
+        rows.add({{"scene", name}, {"form", form}, {"variant", "openmp"}, {"cores", cores}}, [&] {
+          return scale_row(model, {reset, solve, bytes}, cores, options.quick);
+        });
       };
       scaled("original", original(openmp::contact_solver_original));
       scaled("batches", reordered(openmp::batches, openmp::contact_solver_batches));
       scaled("reorder", [&] { batches = openmp::batches(memory.manifolds, body, bodies); });
     }
+    reset();
+    batches = openmp::batches(memory.manifolds, body, bodies);
     for (int k = 0; k < batches.count(); ++k)
-      rows.push_back({{"scene", name},
-                      {"variant", "batch_size"},
-                      {"batch", k},
-                      {"contacts", batches.begin[k + 1] - batches.begin[k]}});
+      rows.add({{"scene", name},
+                {"variant", "batch_size"},
+                {"batch", k},
+                {"contacts", batches.begin[k + 1] - batches.begin[k]}});
   }
 }
 
 struct Figure {
   const char* name;
-  void (*compute)(const FigureOptions& options, const Model& model, Rows& rows);
+  void (*compute)(const FigureOptions& options, const Model& model, RowsOf& rows);
 };
 
 constexpr Figure all_figures[] = {{"cloth_convergence", cloth_convergence},
@@ -202,17 +235,23 @@ constexpr Figure all_figures[] = {{"cloth_convergence", cloth_convergence},
 }  // namespace
 
 int figures(const FigureOptions& options) {
+  std::vector<std::string> names;
+  for (const Figure& figure : all_figures) names.push_back(figure.name);
+  if (!options.report.empty() && std::ranges::find(names, options.report) == names.end())
+    throw InputError("--report " + options.report + ": expected one of: " + joined(names, ", "));
   std::error_code error;
   std::filesystem::create_directories(options.out, error);
   if (error) throw InputError(options.out + ": cannot be made: " + error.message());
   const Model model = measure_model();
   for (const Figure& figure : all_figures) {
+    if (!options.report.empty() && options.report != figure.name) continue;
     const std::string path = options.out + '/' + figure.name + ".json";
-    Report report(path, options.quick);
+    Report report(path, options.quick, options.resume);
+    report.on["busy_cores"] = busy_cores();
     report.on["costs"] = describe(model);
-    auto rows = Rows::array();
+    RowsOf rows(report);
     figure.compute(options, model, rows);
-    report.finish(rows);
+    rows.finish();
     progress("");
     std::printf("%s\n", path.c_str());
   }

@@ -48,6 +48,24 @@ void print_table(const std::vector<Kernel>& all) {
                 joined(names_of(kernel.scenes), " ").c_str(), joined(names_of(kernel.more_scenes), " ").c_str());
 }
 
+// One name a line, for loops of a shell: kernels, forms (the kernel, then the form where it has a name), or scenes.
+void print_names(const std::string& of, const std::vector<Kernel>& all) {
+  std::vector<std::string> names;
+  if (of == "scenes")
+    for (const Domain& domain : domains()) {
+      std::vector<std::string> own;
+      for (const auto& entry : std::filesystem::directory_iterator(scenes_folder() + '/' + domain.name))
+        if (entry.path().extension() == ".toml") own.push_back(entry.path().stem());
+      std::ranges::sort(own);
+      names.insert(names.end(), own.begin(), own.end());
+    }
+  else
+    for (const Kernel& kernel : all)
+      names.push_back(of == "kernels" || kernel.form.empty() ? kernel.name : kernel.name + ' ' + kernel.form);
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  for (const std::string& name : names) std::puts(name.c_str());
+}
+
 }  // namespace
 
 int list(const ListOptions& options) {
@@ -69,11 +87,14 @@ int list(const ListOptions& options) {
                     {"bench_scenes", names_of(kernel.bench_scenes)},
                     {"tsan_scenes", names_of(kernel.tsan_scenes)},
                     {"serial_forms", kernel.serial_forms}});
-  const nlohmann::ordered_json report = {{"machine", machine()}, {"domains", of_domains}, {"rows", rows}};
+  const nlohmann::ordered_json report = {
+      {"schema", schema}, {"machine", machine()}, {"domains", of_domains}, {"rows", rows}};
   if (options.json)
     std::puts(report.dump(2).c_str());
   else if (options.markdown)
     print_markdown(all);
+  else if (!options.names.empty())
+    print_names(options.names, all);
   else
     print_table(all);
   return 0;

@@ -4,6 +4,7 @@
 #include <omp.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <new>
 
@@ -11,30 +12,46 @@
 #include "verify/names.h"
 #include "verify/options.h"
 #include "verify/program.h"
+#include "verify/team.h"
 
 namespace {
 
 using namespace lockstep::verify;
 
 constexpr int max_threads = 1024;
+constexpr int all_threads = 0;  // what --threads all becomes
 
 void add_selection(CLI::App* command, Options& options) {
-  command->add_option(
-      "--kernel", options.kernel,
-      "only these: a kernel (fluid/forces), a domain (fluid), a last part (forces), or a pattern (*/step)");
+  command
+      ->add_option(
+          "--kernel", options.kernels,
+          "only these: kernels (fluid/forces,fluid/step), a domain (fluid), a last part (forces), or a pattern "
+          "(*/step)")
+      ->delimiter(',');
   command->add_option("--form", options.form, "only this form of it, such as owner_gather");
   command->add_option("--scene", options.scene, "only this scene: its name (flag_33), or a .toml or .fluid file");
   command->add_option("--json", options.json, "write the rows to this file");
 }
 
 void add_threads(CLI::App* command, Options& options) {
-  command->add_option("--threads", options.threads, "at these thread counts, such as 1,2,4")
+  const auto count_or_all = [](std::string& text) {
+    if (text != "all") return CLI::Range(1, max_threads)(text);
+    text = std::to_string(all_threads);
+    return std::string();
+  };
+  command
+      ->add_option("--threads", options.threads,
+                   "at these thread counts, such as 1,2,4; all: 1,2,4,... and as many as there are cores")
       ->delimiter(',')
-      ->check(CLI::Range(1, max_threads));
+      ->transform(CLI::Validator(count_or_all, "1 - " + std::to_string(max_threads) + " or all"));
 }
 
 void add_quick(CLI::App* command, bool& quick) {
   command->add_flag("--quick", quick, "fewer repeats and sizes, to see that it works");
+}
+
+CLI::Option* add_resume(CLI::App* command, bool& resume) {
+  return command->add_flag("--resume", resume, "go on from the rows that an earlier run of the same commit left");
 }
 
 }  // namespace
@@ -59,18 +76,23 @@ int main(int argc, char** argv) {
 
   ListOptions list_options;
   CLI::App* list_command = app.add_subcommand("list", "print every kernel, its forms and their scenes");
-  list_command->add_flag("--json", list_options.json, "as JSON");
-  list_command->add_flag("--markdown", list_options.markdown, "as the table of README.md");
+  CLI::Option* const names =
+      list_command->add_option("names", list_options.names, "kernels, forms or scenes: only their names, one a line")
+          ->check(CLI::IsMember({"kernels", "forms", "scenes"}));
+  list_command->add_flag("--json", list_options.json, "as JSON")->excludes(names);
+  list_command->add_flag("--markdown", list_options.markdown, "as the table of README.md")->excludes(names);
 
   CLI::App* verify_command = app.add_subcommand("verify", "compare every openmp kernel with its serial twin");
   add_selection(verify_command, options);
   add_threads(verify_command, options);
   verify_command->add_flag("--full", options.full, "on all scenes");
+  verify_command->add_flag("--failed", options.only_failed, "print only failures");
 
   CLI::App* bench_command = app.add_subcommand("bench", "time every kernel");
   add_selection(bench_command, options);
   add_threads(bench_command, options);
   add_quick(bench_command, options.quick);
+  add_resume(bench_command, options.resume)->needs("--json");
 
   ScaleOptions scale_options;
   CLI::App* scale_command = app.add_subcommand("scale", "model every kernel on more cores than this machine has");
@@ -80,6 +102,7 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->check(CLI::Range(1, max_threads));
   add_quick(scale_command, scale_options.quick);
+  add_resume(scale_command, scale_options.resume)->needs("--json");
 
   CLI::App* run_command = app.add_subcommand("run", "simulate a scene");
   run_command->add_option("--scene", run_options.scene, "a scene's name (flag_33), or a .toml or .fluid file")
@@ -113,7 +136,14 @@ int main(int argc, char** argv) {
   FigureOptions figure_options;
   CLI::App* figures_command = app.add_subcommand("figures", "compute what the figures show (make figures draws it)");
   figures_command->add_option("--out", figure_options.out, "a folder")->required();
+  figures_command->add_option("--report", figure_options.report, "only this one, such as contact_batches");
   add_quick(figures_command, figure_options.quick);
+  add_resume(figures_command, figure_options.resume);
+
+  CompareOptions compare_options;
+  CLI::App* compare_command = app.add_subcommand("compare", "compare the times of two reports of bench, row by row");
+  compare_command->add_option("old", compare_options.before, "a JSON file of bench")->required();
+  compare_command->add_option("new", compare_options.after, "another one")->required();
 
   try {
     app.parse(argc, argv);
@@ -137,8 +167,9 @@ int main(int argc, char** argv) {
   try {
     for (std::string* scene : {&run_options.scene, &endure_options.scene})
       if (!scene->empty()) *scene = scene_file(*scene);
-    if (options.threads.empty())
-      options.threads = verify_command->parsed() ? std::vector<int>{1, 2, 3} : std::vector<int>{1, 2};
+    if (options.threads.empty() && verify_command->parsed()) options.threads = {1, 2, 3};
+    if (options.threads.empty() || std::ranges::count(options.threads, all_threads) > 0)
+      options.threads = doubling_to(omp_get_num_procs());
     if (scale_options.cores.empty())
       scale_options.cores =
           scale_options.quick ? std::vector<int>{1, 2, 64} : std::vector<int>{1, 2, 4, 8, 16, 32, 64, 128};
@@ -149,6 +180,7 @@ int main(int argc, char** argv) {
       if (scale_command->parsed()) return scale(scale_options);
       if (endure_command->parsed()) return endure(endure_options);
       if (figures_command->parsed()) return figures(figure_options);
+      if (compare_command->parsed()) return compare_reports(compare_options);
       return run(run_options);
     };
     const int code = command();

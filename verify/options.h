@@ -7,12 +7,15 @@
 namespace lockstep::verify {
 
 struct Options {
-  std::string kernel, form;  // only this one; all if empty
-  std::string scene;         // only this one: a name that the kernels register, or a user's own file
-  std::vector<int> threads;  // thread counts
-  bool full = false;         // all scenes
-  bool quick = false;        // fewer repeats, for a quick test
-  std::string json;          // file for the rows; none if empty
+  std::vector<std::string> kernels;  // only these; all if empty
+  std::string form;                  // only this one; all if empty
+  std::string scene;                 // only this one: a name that the kernels register, or a user's own file
+  std::vector<int> threads;          // thread counts
+  bool full = false;                 // all scenes
+  bool quick = false;                // fewer repeats, for a quick test
+  bool only_failed = false;          // print failures alone
+  std::string json;                  // file for the rows; none if empty
+  bool resume = false;               // go on from the rows in that file
 };
 
 struct ScaleOptions : Options {
@@ -37,12 +40,19 @@ struct EndureOptions {
 };
 
 struct FigureOptions {
-  std::string out;     // a folder
-  bool quick = false;  // fewer and smaller runs, for a quick test
+  std::string out;      // a folder
+  std::string report;   // only this one, without .json; all if empty
+  bool quick = false;   // fewer and smaller runs, for a quick test
+  bool resume = false;  // go on from the rows of the reports in `out`
 };
 
 struct ListOptions {
+  std::string names;  // kernels, forms or scenes: their names alone; a table of all if empty
   bool json = false, markdown = false;
+};
+
+struct CompareOptions {
+  std::string before, after;  // reports of bench
 };
 
 // Each returns the program's exit code: 0, or 1 if a check failed. Bad input throws InputError.
@@ -50,8 +60,9 @@ int list(const ListOptions& options);
 int verify(const Options& options);
 int bench(const Options& options);
 int scale(const ScaleOptions& options);
-int run(const RunOptions& options);         // 128 + the signal's number if a signal stopped it
-int endure(const EndureOptions& options);   // long runs: memory must not grow, values stay valid
-int figures(const FigureOptions& options);  // writes the data of each figure, NAME.json
+int run(const RunOptions& options);                  // 128 + the signal's number if a signal stopped it
+int endure(const EndureOptions& options);            // long runs: memory must not grow, values stay valid
+int figures(const FigureOptions& options);           // writes the data of each figure, NAME.json
+int compare_reports(const CompareOptions& options);  // times of two reports of bench, row by row
 
 }  // namespace lockstep::verify

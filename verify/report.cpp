@@ -3,6 +3,7 @@
 #include <omp.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
@@ -68,16 +69,52 @@ nlohmann::ordered_json machine() {
         {"OMP_WAIT_POLICY", environment("OMP_WAIT_POLICY")},
         {"GOMP_SPINCOUNT", environment("GOMP_SPINCOUNT")},
         {"OMP_PROC_BIND", environment("OMP_PROC_BIND")},
+        {"OMP_PLACES", environment("OMP_PLACES")},
         {"OMP_SCHEDULE", environment("OMP_SCHEDULE")}}},
   };
 }
 
-Report::Report(std::string path, bool quick) : path_(std::move(path)), quick_(quick) {
+Report::Report(std::string path, bool quick, bool resume) : path_(std::move(path)), quick_(quick) {
   if (path_.empty()) return;
+  if (resume) read_earlier();
   std::error_code error;
   const bool there = std::filesystem::exists(path_, error);
   if (!std::ofstream(path_, std::ios::app)) throw InputError(path_ + ": cannot be written: " + std::strerror(errno));
   if (!there) std::filesystem::remove(path_, error);
+}
+
+void Report::read_earlier() {
+  std::error_code error;
+  if (!std::filesystem::exists(path_, error)) return;
+  std::ifstream in(path_);
+  const auto report = nlohmann::ordered_json::parse(in, nullptr, false);
+  const auto part = [](const nlohmann::ordered_json& of, const std::string& name) {
+    return of.is_object() ? of.value(name, nlohmann::ordered_json()) : nlohmann::ordered_json();
+  };
+  const auto expect_same = [&](const std::string& name, const nlohmann::ordered_json& there,
+                               const nlohmann::ordered_json& here) {
+    if (nlohmann::json(there) != nlohmann::json(here))  // in any order of fields
+      throw InputError(path_ + ": --resume mixes no reports: its " + name + " is " + there.dump() + ", here it is " +
+                       here.dump());
+  };
+  expect_same("schema", part(report, "schema"), schema);
+  expect_same("quick", part(report, "quick"), quick_);
+  for (const auto& [name, here] : on.items())
+    if (name != "date") expect_same(name, part(part(report, "machine"), name), here);
+  for (const nlohmann::ordered_json& row : part(report, "rows"))
+    if (row.is_object()) earlier_.push_back(row);
+}
+
+nlohmann::ordered_json Report::take_earlier(const nlohmann::ordered_json& fields) {
+  auto taken = nlohmann::ordered_json::array(), others = taken;
+  for (nlohmann::ordered_json& row : earlier_) {
+    const bool wanted = std::ranges::all_of(fields.items(), [&](const auto& field) {
+      return row.contains(field.key()) && row[field.key()] == field.value();
+    });
+    (wanted ? taken : others).push_back(std::move(row));
+  }
+  earlier_ = std::move(others);
+  return taken;
 }
 
 void Report::keep(const nlohmann::ordered_json& rows) {

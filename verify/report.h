@@ -18,18 +18,28 @@ inline constexpr int schema = 1;
 // at once. It is kept while rows come, so that a run that is cut off keeps what it has. Each version is written whole
 // or not at all. Does nothing if the path is empty. The functions throw InputError if the file cannot be written.
 // quick: whether the rows are rough.
+// resume: whether to go on from the rows of a file that is there. Throws InputError if they were not made by the same
+// commit on the same machine with the same settings, or are rough where these are not.
 class Report {
  public:
-  explicit Report(std::string path, bool quick = false);
+  explicit Report(std::string path, bool quick = false, bool resume = false);
   void keep(const nlohmann::ordered_json& rows);    // writes at most once a second
   void finish(const nlohmann::ordered_json& rows);  // writes
+
+  // The rows to go on from, less those that were taken.
+  const nlohmann::ordered_json& earlier() const { return earlier_; }
+  // Takes the rows in which these fields have these values.
+  nlohmann::ordered_json take_earlier(const nlohmann::ordered_json& fields);
 
   nlohmann::ordered_json on = machine();  // what is measured of the machine is added to it
 
  private:
+  void read_earlier();
+
   std::string path_;
   bool quick_;
   double written_ = 0;  // when, as now() says
+  nlohmann::ordered_json earlier_ = nlohmann::ordered_json::array();
 };
 
 }  // namespace lockstep::verify

@@ -20,4 +20,10 @@ double quantile(const std::vector<Sample>& samples, double Sample::*of, double q
   return sorted[static_cast<std::size_t>(q * (sorted.size() - 1))];
 }
 
+std::optional<double> spread(const std::vector<Sample>& samples) {
+  if (samples.size() < 2) return std::nullopt;
+  const auto seconds = [&](double q) { return quantile(samples, &Sample::seconds, q); };
+  return (seconds(.75) - seconds(.25)) / seconds(.5);
+}
+
 }  // namespace lockstep::verify

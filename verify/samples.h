@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 namespace lockstep::verify {
@@ -26,5 +27,8 @@ Counted counted(const std::vector<Sample>& samples, double whole, std::size_t en
 
 // q = 0: the least; .5: the median. `samples` must not be empty.
 double quantile(const std::vector<Sample>& samples, double Sample::*of, double q);
+
+// The interquartile range of the times over their median. A single sample has none.
+std::optional<double> spread(const std::vector<Sample>& samples);
 
 }  // namespace lockstep::verify

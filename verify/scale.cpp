@@ -7,8 +7,11 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
 #include <limits>
+#include <numeric>
 
+#include "verify/busy.h"
 #include "verify/costs.h"
 #include "verify/held_team.h"
 #include "verify/report.h"
@@ -140,31 +143,55 @@ nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int
 
 int scale(const ScaleOptions& options) {
   const std::vector<Selected> selected = select(options, Purpose::bench);
-  Report report(options.json, options.quick);
+  Report report(options.json, options.quick, options.resume);
+  report.on["busy_cores"] = busy_cores();
   Model model = measure_model();
   const std::size_t counts = options.cores.size();
-  auto rows = nlohmann::ordered_json::array();  // [selected, cores]
+  // [selected, cores]; empty until measured
+  std::vector<nlohmann::ordered_json> rows(selected.size() * counts, nlohmann::ordered_json::object());
+  const auto named = [&](std::size_t row) {
+    const auto& [kernel, scene_path] = selected[row / counts];
+    return nlohmann::ordered_json{
+        {"kernel", kernel.name}, {"form", kernel.form}, {"scene", std::filesystem::path(scene_path).stem().string()}};
+  };
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    nlohmann::ordered_json fields = named(i);
+    fields["cores"] = options.cores[i % counts];
+    if (const auto earlier = report.take_earlier(fields); !earlier.empty()) rows[i] = earlier[0];
+  }
+  const auto all_rows = [&] {
+    nlohmann::ordered_json all = report.earlier();  // of cases that this run does not select
+    std::ranges::copy_if(rows, std::back_inserter(all), [](const auto& row) { return !row.empty(); });
+    return all;
+  };
   const int passes = options.quick ? quick_passes : full_passes;
   for (int pass = 0; pass < passes; ++pass) {
     if (pass > 0) model = less_disturbed(model, measure_model());
     for (std::size_t k = 0; k < selected.size(); ++k) {
       const auto& [kernel, scene_path] = selected[k];
+      // Passes that a row has: all, or one beyond the machine's cores, where nothing is timed.
+      const auto lacks = [&](std::size_t c) {
+        const int wanted = options.cores[c] > omp_get_num_procs() ? 1 : pass + 1;
+        return rows[k * counts + c].value("passes", 0) < wanted;
+      };
+      std::vector<std::size_t> missing(counts);
+      std::iota(missing.begin(), missing.end(), 0);
+      std::erase_if(missing, [&](std::size_t c) { return !lacks(c); });
+      if (missing.empty()) continue;
       const std::string scene = std::filesystem::path(scene_path).stem(),
                         what = kernel.name + " " + kernel.form + " on " + scene;
       const std::string when = ", pass " + std::to_string(pass + 1) + " of " + std::to_string(passes);
       progress(what + when);
       const Case run = kernel.make(scene_path);
-      for (std::size_t c = 0; c < counts; ++c) {
+      for (const std::size_t c : missing) {
         const int cores = options.cores[c];
-        if (pass > 0 && cores > omp_get_num_procs()) continue;
         progress(what + ", " + std::to_string(cores) + " cores" + when);
-        nlohmann::ordered_json row = {{"kernel", kernel.name}, {"form", kernel.form}, {"scene", scene}};
+        nlohmann::ordered_json &kept = rows[k * counts + c], row = named(k * counts);
         row.update(scale_row(model, {run.reset, run.openmp, run.work.bytes}, cores, options.quick));
-        if (pass == 0)
-          rows.push_back(row);
-        else
-          rows[k * counts + c] = less_disturbed(rows[k * counts + c], row);
-        report.keep(rows);
+        const int before = kept.value("passes", 0);
+        kept = kept.empty() ? row : less_disturbed(kept, row);
+        kept["passes"] = before + 1;
+        report.keep(all_rows());
       }
     }
   }
@@ -176,7 +203,7 @@ int scale(const ScaleOptions& options) {
   std::printf("%-19s %-13s %-25s %5s %11s %9s %7s %8s   %s\n", "kernel", "form", "scene", "cores", "modelled ms",
               "measured", "off by", "speed-up", "work serial together locks dispatch waiting: of the cores' time");
   for (std::size_t i = 0; i < rows.size(); ++i) print(rows[i], rows[i - i % counts]["modelled_ms"]);
-  report.finish(rows);
+  report.finish(all_rows());
   return 0;
 }
 

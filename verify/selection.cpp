@@ -15,19 +15,22 @@ namespace {
 std::vector<Kernel> chosen_kernels(const Options& options) {
   std::vector<Kernel> of_name, chosen;
   std::vector<std::string> names, forms;
-  for (const Kernel& kernel : kernels()) {
+  const std::vector<Kernel> all = kernels();
+  for (const Kernel& kernel : all) {
+    const auto names_this = [&](const std::string& named) { return names_kernel(named, kernel.name); };
     names.push_back(kernel.name), names.push_back(kernel.name.substr(kernel.name.find('/') + 1));
-    if (options.kernel.empty() || names_kernel(options.kernel, kernel.name)) of_name.push_back(kernel);
+    if (options.kernels.empty() || std::ranges::any_of(options.kernels, names_this)) of_name.push_back(kernel);
   }
-  if (of_name.empty())
-    throw InputError("no kernel " + options.kernel + ", see `lockstep list`" + did_you_mean(options.kernel, names));
+  for (const std::string& named : options.kernels)
+    if (std::ranges::none_of(all, [&](const Kernel& kernel) { return names_kernel(named, kernel.name); }))
+      throw InputError("no kernel " + named + ", see `lockstep list`" + did_you_mean(named, names));
   for (const Kernel& kernel : of_name) {
     if (options.form.empty() || options.form == kernel.form) chosen.push_back(kernel);
     if (!kernel.form.empty() && std::ranges::find(forms, kernel.form) == forms.end()) forms.push_back(kernel.form);
   }
   if (chosen.empty())
     throw InputError(
-        "no form " + options.form + " of " + (options.kernel.empty() ? "any kernel" : options.kernel) +
+        "no form " + options.form + " of " + (options.kernels.empty() ? "any kernel" : joined(options.kernels, ",")) +
         (forms.empty() ? ", which has one form without a name" : ", expected one of: " + joined(forms, ", ")));
   return chosen;
 }

@@ -19,6 +19,13 @@ TeamSizes take_team_sizes() {
   return sizes;
 }
 
+std::vector<int> doubling_to(int most) {
+  std::vector<int> counts;
+  for (int count = 1; count < most; count *= 2) counts.push_back(count);
+  counts.push_back(most);
+  return counts;
+}
+
 std::string other_team(const TeamSizes& teams, int threads) {
   const int ran = teams.least == threads ? teams.most : teams.least;
   return "ran on " + std::to_string(ran) + (ran == 1 ? " thread" : " threads") + ", not " + std::to_string(threads) +

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace lockstep::verify {
 
@@ -18,6 +19,9 @@ TeamSizes take_team_sizes();
 
 // To be called by a team's first thread in its region.
 void note_team_size(int threads);
+
+// 1, 2, 4, ... and `most`: the thread counts that show how a machine of `most` cores scales.
+std::vector<int> doubling_to(int most);
 
 // Why a row at `threads` threads does not count, such as "ran on 1 thread, not 2 (OMP_THREAD_LIMIT or OMP_DYNAMIC?)".
 std::string other_team(const TeamSizes& teams, int threads);

@@ -1,5 +1,6 @@
 """The contact solver with and without contacts reordered into batches, and how large the batches are."""
 
+import page
 import source
 import style
 
@@ -9,6 +10,7 @@ PAPER = (
     "With contacts in their original order the solver is at most 4 times faster on 64 cores than serial; reordered into batches without "
     "conflicts, 35 times, with the time to reorder. Simulated; the paper does not mention lanes."
 )
+REPORTS = {"contact_batches": None}
 PAPER_AT_64 = {"original": 4, "batches": 35}
 SERIES = {"original": 1, "batches": 0}
 
@@ -48,10 +50,10 @@ def of_all_scenes(rows, kind, cores, column):
 
 
 def in_short(rows):
-    most = source.most_cores(rows)
+    most, measured = source.most_cores(rows), source.most_measured(rows)
     return {
         "paper": "35x reordered, 4x in the original order, 64 cores over serial",
-        "measured": f"2 threads over serial: {of_all_scenes(rows, 'measured', 2, 'over_serial')}",
+        "measured": f"{page.threads(measured)} over serial: {of_all_scenes(rows, 'measured', measured, 'over_serial')}",
         "modelled": f"{most} cores over serial: {of_all_scenes(rows, 'modelled', most, 'over_serial')}; "
         f"over one core: {of_all_scenes(rows, 'modelled', most, 'over_one_core')}",
         "scene": ", ".join(scenes_of(rows)),

@@ -1,13 +1,14 @@
-"""Draws every figure, and an index page: draw.py FOLDER, where `make figures` left the JSON.
+"""Draws figures, and an index page: draw.py FOLDER [FIGURE], where measure.py left the JSON. Without a name, every figure.
 
 A figure is a module beside this one, named in FIGURES, with
     TITLE, PAPER_FIGURE, PAPER   the paper's figure and its content
+    REPORTS                      the reports that it needs, and of which kernels: {"bench": ["fluid/step"]}; None: all
     table(data)                  the rows of the figure, computed from the JSON; "from" names the JSON rows behind each
     draw(rows)                   a matplotlib figure of the rows
     here(rows)                   paragraphs: what our figure shows, and why where a claim of the paper is not reached
     in_short(rows)               the figure's row of the index: paper, measured, modelled, scene
     details(rows)                optional: HTML below the figure
-FOLDER gets NAME.csv and NAME.svg of each figure, and index.html, which contains all figures.
+FOLDER gets NAME.csv and NAME.svg of each figure, and index.html, which contains them.
 """
 
 import base64
@@ -44,7 +45,7 @@ table { border-collapse: collapse; font-size: 12px; line-height: 1.3; margin: .8
 th, td { border: 1px solid #bbb; padding: 2px 6px; text-align: left; vertical-align: top; }
 th { background: #eee; } tr.off td { font-weight: bold; background: #f6e3d8; }
 tr { break-inside: avoid; } thead { display: table-header-group; }
-figure { margin: 0; break-inside: avoid; } .source { font-size: 12px; color: #444; max-width: none; }
+.rough { font-weight: bold; color: #8a3d00; } figure { margin: 0; break-inside: avoid; } .source { font-size: 12px; color: #444; max-width: none; }
 @page { size: A4 landscape; margin: 10mm; }
 @media print {
   body { max-width: none; margin: 0; padding: 0; font-size: 9pt; line-height: 1.3; } p, ul { max-width: none; } table { font-size: 7pt; }
@@ -82,6 +83,18 @@ def stamp(data, rows):
     ]
 
 
+def rough(data, names):
+    """Which reports were made with QUICK=1, in words; "" if none."""
+    quick = [f"{name}.json" for name in names if data[name]["quick"]]
+    return f"QUICK run, rough numbers, not for citing: {', '.join(quick)}." if quick else ""
+
+
+def disturbed(rows):
+    """How many rows never had whole cores, in words; "" if none."""
+    count = sum(r.get("whole_cores") is False for r in rows)
+    return f"Hollow grey: {count} of the measured values never had whole cores; other programs took a part." if count else ""
+
+
 def index_table(data, tables, figures):
     header = ["figure", "paper's figure", "paper's numbers", "measured here", "modelled here", "scene", "machine", "date", "commit"]
     rows = []
@@ -99,8 +112,10 @@ def section(data, name, figure, rows, svg):
     points = "<ul>" + "".join(f"<li>{text}</li>\n" for text in others) + "</ul>\n" if others else ""
     details = figure.details(rows) if hasattr(figure, "details") else ""
     behind = ", ".join(f"{file}.json" for file in files_behind(rows))
+    warning = " ".join(filter(None, (rough(data, files_behind(rows)), disturbed(rows))))
+    caption = f"<figcaption class='rough'>{html.escape(warning)}</figcaption>" if warning else ""
     return (
-        f"<section id='{name}'>\n<h2>{title}</h2>\n<figure><img src='data:image/svg+xml;base64,{image}' alt='{title}'></figure>\n"
+        f"<section id='{name}'>\n<h2>{title}</h2>\n<figure><img src='data:image/svg+xml;base64,{image}' alt='{title}'>{caption}</figure>\n"
         f"<p><b>The paper</b> ({paper_figure}): {paper}</p>\n<p><b>Here:</b> {first}</p>\n{points}{details}"
         f"<p class='source'>Numbers: <a href='{name}.csv'>{name}.csv</a>, computed from {behind}; script: notes/figures/{name}.py; "
         f"{html.escape('; '.join(stamp(data, rows)))}</p>\n</section>\n"
@@ -109,7 +124,9 @@ def section(data, name, figure, rows, svg):
 
 def facts_of(machine):
     """The properties of a report's machine, flattened, as text."""
-    facts = {what: str(value) for what, value in machine.items() if what not in ("omp", "costs", "peaks")}
+    facts = {what: str(value) for what, value in machine.items() if what not in ("omp", "costs", "peaks", "busy_cores")}
+    if "busy_cores" in machine:
+        facts["cores that others kept busy at the start"] = page.number(machine["busy_cores"])
     facts |= {f"OpenMP: {what}": str(value) for what, value in machine["omp"].items()}
     facts |= {f"cost: {what}": page.number(value) for what, value in machine.get("costs", {}).items()}
     for peak in machine.get("peaks", []):
@@ -135,29 +152,46 @@ def machine_section(data):
     )
 
 
-def main(folder):
-    data = source.load(folder)
-    figures = {name: importlib.import_module(name) for name in FIGURES}
+def chosen(name=None):
+    """The modules of all figures, or of one."""
+    if name not in (None, *FIGURES):
+        raise source.Missing(f"no figure {name}, expected one of: {', '.join(FIGURES)}")
+    return {figure: importlib.import_module(figure) for figure in ([name] if name else FIGURES)}
+
+
+def main(folder, name=None):
+    figures = chosen(name)
+    data = source.load(folder, list(dict.fromkeys(report for figure in figures.values() for report in figure.REPORTS)))
     tables = {name: figure.table(data) for name, figure in figures.items()}
     sections = []
     for name, figure in figures.items():
         (folder / f"{name}.csv").write_text(csv_of(tables[name]))
-        svg = style.svg_of(figure.draw(tables[name]))
+        drawing = figure.draw(tables[name])
+        if rough(data, files_behind(tables[name])):
+            drawing.suptitle("QUICK run: rough numbers", color="#8a3d00")
+        svg = style.svg_of(drawing)
         (folder / f"{name}.svg").write_bytes(svg)
         sections.append(section(data, name, figure, tables[name], svg))
-    validation = figures["model_validation"]
+    warning = rough(data, data)
+    validation = figures.get("model_validation")
+    summary = (
+        f"<p><b>The model at {page.threads(validation.most(tables['model_validation']))}:</b> "
+        f"{html.escape(validation.summary(tables['model_validation'], validation.most(tables['model_validation'])))}; "
+        "<a href='#model_validation'>every run</a>. <a href='#machine'>The machine and its costs</a>.</p>\n"
+        if validation
+        else ""
+    )
     index = folder / "index.html"
     text = (
         "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'><title>Lockstep: figures</title>\n"
         f"<style>{STYLE}</style></head><body>\n<h1>Lockstep: the papers' figures</h1>\n"
-        "<p>[ITJ07]: <i>High-Performance Physical Simulations on Next-Generation Architecture with Many Cores</i>, Intel Technology "
+        + (f"<p class='rough'>{html.escape(warning)}</p>\n" if warning else "")
+        + "<p>[ITJ07]: <i>High-Performance Physical Simulations on Next-Generation Architecture with Many Cores</i>, Intel Technology "
         "Journal 11(3), 2007. [LRB08]: <i>Game Physics Performance on the Larrabee Architecture</i>, 2008. Their speed-ups come "
         "from a simulator. Here <b>measured</b> values are times on this machine: filled markers, solid lines and, where the repeats "
         "are in the report, bars of their interquartile range. <b>Modelled</b> values come from the scaling model (notes/scaling.md): "
-        "hollow markers and dashed lines. Each row of a figure's CSV names the rows of the JSON that it was computed from.</p>\n"
-        f"<p><b>The model at 2 threads:</b> {html.escape(validation.summary(tables['model_validation'], 2))}; "
-        "<a href='#model_validation'>every run</a>. <a href='#machine'>The machine and its costs</a>.</p>\n"
-        f"{index_table(data, tables, figures)}{''.join(sections)}{machine_section(data)}</body></html>\n"
+        "hollow markers and dashed lines. Measured values that never had whole cores are hollow and grey. Each row of a figure's CSV names the rows of the JSON that it was computed from.</p>\n"
+        f"{summary}{index_table(data, tables, figures)}{''.join(sections)}{machine_section(data)}</body></html>\n"
     )
     index.write_text(text.replace(" %", "\N{NO-BREAK SPACE}%"))
     print(index)
@@ -165,7 +199,7 @@ def main(folder):
 
 if __name__ == "__main__":
     try:
-        main(pathlib.Path(sys.argv[1]))
+        main(pathlib.Path(sys.argv[1]), *sys.argv[2:])
     except source.Missing as missing:
         print(f"draw.py: {missing}", file=sys.stderr)
         sys.exit(2)

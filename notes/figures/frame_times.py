@@ -16,20 +16,23 @@ GAMES = [
     ("game fluid", 400, "fluid/step", "pair_lists", ["dam_break_500k", "dam_break_100k"]),
     ("game cloth", 100, "cloth/step", "colours", ["flag_256", "flag_128"]),
 ]
-VARIANTS = [("serial", 1), ("openmp", 1), ("openmp", 2)]
+REPORTS = {"bench": [kernel for _, _, kernel, *_ in GAMES], "scale": [kernel for _, _, kernel, *_ in GAMES]}
 REAL_TIME_MS = 1000 / 30
 
 
 def table(data):
     rows = []
+    variants = dict.fromkeys([("serial", 1), ("openmp", 1), ("openmp", source.most_threads(data))])
     for application, paper_ms, kernel, form, scenes in GAMES:
         scene = source.first_scene(data, kernel, form, scenes)
-        for variant, threads in VARIANTS:
+        for variant, threads in variants:
             r = source.row_of(data, "bench", kernel=kernel, form=form, scene=scene, variant=variant, threads=threads)
             rows.append(
                 {"application": application, "paper_serial_ms": paper_ms, "kernel": kernel, "form": form, "scene": scene}
                 | {"items": r["items"], "unit": r["unit"], "variant": variant, "threads": threads}
-                | {"ms": r["ms"], "spread": r["spread"], "from": r["from"]}
+                | {"ms": r["ms"], "spread": r["spread"]}
+                | source.whole_cores(r)
+                | {"from": r["from"]}
             )
     return rows
 
@@ -43,9 +46,10 @@ def in_short(rows):
         own = [r for r in rows if (r["variant"], r["threads"]) == (variant, threads)]
         return ", ".join(f"{r['application'].removeprefix('game ')} {r['ms']:.3g} ms" for r in own)
 
+    most = max(r["threads"] for r in rows)
     return {
         "paper": "serial: game rigid body 1 s, fluid 0.4 s, cloth 0.1 s; production fluid 188 s, face 14 s, cloth 5 s",
-        "measured": f"serial: {words('serial', 1)}; 2 threads: {words('openmp', 2)}",
+        "measured": f"serial: {words('serial', 1)}; {page.threads(most)}: {words('openmp', most)}",
         "modelled": "–",
         "scene": ", ".join(dict.fromkeys(r["scene"] for r in rows)),
     }
@@ -62,20 +66,25 @@ def here(rows):
 
 def draw(rows):
     figure, [[axis]] = style.panels(1, 1, 8.5, 4.4)
+    most = max(r["threads"] for r in rows)
     looks = {
         ("serial", 1): {"color": style.COLOURS[3], "label": "here, serial"},
+        ("openmp", most): {"color": style.COLOURS[0], "hatch": "...", "edgecolor": "white", "label": f"here, openmp, {page.threads(most)}"},
         ("openmp", 1): {"color": style.COLOURS[6], "hatch": "///", "edgecolor": "white", "label": "here, openmp, 1 thread"},
-        ("openmp", 2): {"color": style.COLOURS[0], "hatch": "...", "edgecolor": "white", "label": "here, openmp, 2 threads"},
     }
     paper = {"facecolor": "white", "edgecolor": "#555555"}
     names, place = [], 0
     for application, paper_ms, *_ in GAMES:
         own = [r for r in rows if r["application"] == application]
-        bars = [(paper_ms, 0, paper)] + [(r["ms"], r["spread"], looks[r["variant"], r["threads"]]) for r in own]
+        bars = [(paper_ms, 0, True, paper)]
+        bars += [(r["ms"], r["spread"] or 0, r["whole_cores"], looks[r["variant"], r["threads"]]) for r in own]
         names.append((place + 1.5, f"{application}\n{own[0]['scene']}"))
-        for ms, spread, look in bars:
+        for ms, spread, whole, look in bars:
             first = application == GAMES[0][0] and look is not paper
-            axis.barh(place, ms, height=0.9, xerr=spread * ms / 2 or None, **{k: v for k, v in look.items() if k != "label" or first})
+            look = {k: v for k, v in look.items() if k != "label" or first}
+            [bar] = axis.barh(place, ms, height=0.9, xerr=spread * ms / 2 or None, **look)
+            if not whole:
+                bar.set(**style.DISTURBED_BAR)
             style.beside(axis, page.number(ms, "ms"), ms * (1 + spread / 2), place)
             place += 1
         place += 0.8

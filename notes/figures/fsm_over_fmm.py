@@ -1,5 +1,6 @@
 """Marching and sweeping in padded blocks: which is faster on how many cores, and the work that padding makes."""
 
+import page
 import source
 import style
 
@@ -9,6 +10,7 @@ PAPER = (
     "Serial sweeping takes 30 % longer than serial marching. In blocks padded by the band, marching is ahead up to 16 cores and sweeping "
     "beyond, by 2 at 64; marching reaches a speed-up of 21 there, sweeping 55. Simulated."
 )
+REPORTS = {"levelset_blocks": None}
 NAMES = {"fast_marching": "marching", "fast_sweeping": "sweeping"}
 SERIES = {"fast_marching": 0, "fast_sweeping": 1}
 PAPER_AT_64 = {"fast_marching": 21, "fast_sweeping": 55}
@@ -59,10 +61,10 @@ def in_short(rows):
         speed_ups = ", ".join(f"{name} {of[a]['over_own_serial']:.1f}x over its serial form" for a, name in NAMES.items())
         return f"{speed_ups}; marching time over sweeping time {of['fast_sweeping']['marching_over_sweeping']:.1f}"
 
-    most = source.most_cores(rows)
+    most, measured = source.most_cores(rows), source.most_measured(rows)
     return {
         "paper": "64 cores: marching 21x, sweeping 55x over one; sweeping ahead by 2, from 16 cores on",
-        "measured": f"2 threads: {words('measured', 2)}",
+        "measured": f"{page.threads(measured)}: {words('measured', measured)}",
         "modelled": f"{most} cores: {words('modelled', most)}",
         "scene": rows[0]["scene"],
     }

@@ -9,15 +9,21 @@ import style
 TITLE = "The scaling model against measurements"
 PAPER_FIGURE = "none"
 PAPER = "The papers show no such comparison of their simulator."
+REPORTS = {"scale": None}
 BAND = 0.1
 
 
 def table(data):
     columns = ("kernel", "form", "scene", "cores", "measured_ms", "modelled_ms", "off_by", "from")
     rows = [{c: r[c] for c in columns} for r in source.rows_of(data, "scale") if "off_by" in r]
-    if not any(r["cores"] == 2 for r in rows):
-        raise source.Missing("scale.json: no row at 2 cores that was measured, too")
+    if not rows:
+        raise source.Missing("scale.json: no row that was measured, too")
     return rows
+
+
+def most(rows):
+    """The most cores on which all runs could be measured, too."""
+    return max(r["cores"] for r in rows)
 
 
 def summary(rows, cores):
@@ -32,18 +38,18 @@ def summary(rows, cores):
 def in_short(rows):
     return {
         "paper": "–",
-        "measured": f"{len({(r['kernel'], r['form'], r['scene']) for r in rows})} runs at 1 and 2 threads",
-        "modelled": f"2 threads: {summary(rows, 2)}",
+        "measured": f"{len({(r['kernel'], r['form'], r['scene']) for r in rows})} runs at 1 to {page.threads(most(rows))}",
+        "modelled": f"{page.threads(most(rows))}: {summary(rows, most(rows))}",
         "scene": "all that bench times",
     }
 
 
 def here(rows):
+    of_each = "; ".join(f"{page.threads(cores)}: {summary(rows, cores)}" for cores in sorted({r["cores"] for r in rows}))
     return [
-        f"Modelled time over measured time: 1 thread: {summary(rows, 1)}; 2 threads: {summary(rows, 2)}. The shaded band is "
-        f"{100 * BAND:.0f} % to either side. In a record only one core works at a time, so the model does not see two cores that access "
-        "memory at once; it only bounds their total bandwidth (notes/scaling.md). Beyond 2 cores no measurement here can check the "
-        "model."
+        f"Modelled time over measured time: {of_each}. The shaded band is {100 * BAND:.0f} % to either side. In a record only one core "
+        "works at a time, so the model does not see two cores that access memory at once; it only bounds their total bandwidth "
+        f"(notes/scaling.md). Beyond {page.threads(most(rows))} no measurement here can check the model."
     ]
 
 
@@ -51,15 +57,16 @@ def details(rows):
     runs = {}
     for r in rows:
         runs.setdefault((r["kernel"], r["form"], r["scene"]), {})[r["cores"]] = r
-    at_two = {name: by_cores for name, by_cores in runs.items() if 2 in by_cores}
-    header = ["kernel", "form", "scene", "measured, ms, 2 threads", "modelled, ms, 2 threads", "off by", "off by, 1 thread", "JSON row"]
+    n, threads = most(rows), page.threads(most(rows))
+    at_most = {name: by_cores for name, by_cores in runs.items() if n in by_cores}
+    header = ["kernel", "form", "scene", f"measured, ms, {threads}", f"modelled, ms, {threads}", "off by", "off by, 1 thread", "JSON row"]
     cells = [
-        [*name, page.number(by[2]["measured_ms"]), page.number(by[2]["modelled_ms"]), page.signed_percent(by[2]["off_by"])]
-        + [page.signed_percent(by[1]["off_by"]) if 1 in by else "–", by[2]["from"]]
-        for name, by in at_two.items()
+        [*name, page.number(by[n]["measured_ms"]), page.number(by[n]["modelled_ms"]), page.signed_percent(by[n]["off_by"])]
+        + [page.signed_percent(by[1]["off_by"]) if 1 in by else "–", by[n]["from"]]
+        for name, by in at_most.items()
     ]
-    marked = [i for i, by in enumerate(at_two.values()) if abs(by[2]["off_by"]) > BAND]
-    return f"<p>2 threads: {summary(rows, 2)}. Rows further off are marked.</p>\n" + page.table(header, cells, marked=marked)
+    marked = [i for i, by in enumerate(at_most.values()) if abs(by[n]["off_by"]) > BAND]
+    return f"<p>{threads}: {summary(rows, n)}. Rows further off are marked.</p>\n" + page.table(header, cells, marked=marked)
 
 
 def draw(rows):
@@ -68,7 +75,7 @@ def draw(rows):
     figure, [[axis]] = style.panels(1, 1, 8.5, 1.2 + 0.2 * len(kernels))
     axis.axvspan(1 - BAND, 1 + BAND, color="#dddddd", zorder=0)
     axis.axvline(1, **style.BOUND)
-    for series, cores in enumerate((1, 2)):
+    for series, cores in enumerate(sorted({1, most(rows)})):
         own = [r for r in rows if r["cores"] == cores]
         places = [kernels.index(r["kernel"]) - 0.15 + 0.3 * series for r in own]
         look = {"color": style.COLOURS[series], "marker": style.MARKERS[series], "linestyle": "none", "markersize": 4.5}

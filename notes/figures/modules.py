@@ -28,24 +28,29 @@ MODULES = [
 ]
 
 
+REPORTS = {"bench": [kernel for *_, kernel, _, _ in MODULES], "scale": [kernel for *_, kernel, _, _ in MODULES]}
+
+
 def table(data):
     rows = []
+    threads = source.most_threads(data)
     for domain, module, paper_simd, paper_threads, kernel, form, scenes in MODULES:
         scene = source.first_scene(data, kernel, form, scenes)
         timed = {(r["variant"], r["threads"]): r for r in source.rows_of(data, "bench", kernel=kernel, form=form, scene=scene)}
-        serial, twin, one, two = (timed.get(v) for v in (("serial", 1), ("serial_twin", 1), ("openmp", 1), ("openmp", 2)))
-        if not (serial and one and two):
-            raise source.Missing(f"bench.json: {kernel} '{form}' on {scene}: needs serial, and openmp on 1 and 2 threads")
+        serial, twin, one, many = (timed.get(v) for v in (("serial", 1), ("serial_twin", 1), ("openmp", 1), ("openmp", threads)))
+        if not (serial and one and many):
+            raise source.Missing(f"bench.json: {kernel} '{form}' on {scene}: needs serial, and openmp on 1 and {threads} threads")
         modelled = {r["cores"]: r for r in source.rows_of(data, "scale", kernel=kernel, form=form, scene=scene)}
         most = max(c for c in modelled if c <= 64)
         rows.append(
             {"domain": domain, "module": module, "kernel": kernel, "form": form, "scene": scene, "lanes": one["lanes"]}
             | {"paper_simd": paper_simd, "simd_gain": serial["ms"] / one["ms"], "simd_gain_spread": source.spread_of_ratio(serial, one)}
             | {"simd_gain_over_twin": twin["ms"] / one["ms"] if twin else None, "lane_use": one.get("lane_use")}
-            | {"paper_threads": paper_threads, "two_threads_measured": one["ms"] / two["ms"]}
-            | {"two_threads_spread": source.spread_of_ratio(one, two), "modelled_cores": most}
+            | {"paper_threads": paper_threads, "threads": threads, "threads_measured": one["ms"] / many["ms"]}
+            | {"threads_spread": source.spread_of_ratio(one, many), "modelled_cores": most}
             | {"threads_modelled": modelled[1]["modelled_ms"] / modelled[most]["modelled_ms"]}
-            | {"from": source.references(serial, *([twin] if twin else []), one, two, modelled[1], modelled[most])}
+            | source.whole_cores(serial, one, many)
+            | {"from": source.references(serial, *([twin] if twin else []), one, many, modelled[1], modelled[most])}
         )
     return rows
 
@@ -56,7 +61,7 @@ def in_short(rows):
 
     return {
         "paper": "words only",
-        "measured": f"lanes and layout {span('simd_gain')}; 2 threads {span('two_threads_measured')}",
+        "measured": f"lanes and layout {span('simd_gain')}; {page.threads(rows[0]['threads'])} {span('threads_measured')}",
         "modelled": f"{rows[0]['modelled_cores']} cores: {span('threads_modelled')}",
         "scene": ", ".join(dict.fromkeys(r["scene"] for r in rows)),
     }
@@ -67,19 +72,20 @@ def here(rows):
     return [
         f"SIMD: serial time over openmp time on one thread, {rows[0]['lanes']} lanes; 'twin' is the serial form of the algorithm that "
         "openmp runs, if the best serial algorithm is another. The versions also differ in data layout, so a gain may exceed that of "
-        "lanes alone. Threads: one thread over two, measured, and one core over many, modelled. Lane use: the share of lanes that "
+        f"lanes alone. Threads: one thread over {rows[0]['threads']}, measured, and one core over many, modelled. Lane use: the share of lanes that "
         "hold an element: a particle, a constraint, a pair still iterated on, a candidate to test, whether near or not"
         + (f", counted for {len(known)} of the {len(rows)} rows." if known else "; these reports do not hold it.")
     ]
 
 
 def details(rows):
-    header = ["", "module", "kernel", "scene", "SIMD: paper", "SIMD gain", "over twin", "lane use", "threads: paper", "2 threads, measured"]
+    header = ["", "module", "kernel", "scene", "SIMD: paper", "SIMD gain", "over twin", "lane use", "threads: paper"]
+    header.append(f"{page.threads(rows[0]['threads'])}, measured")
     header.append(f"{rows[0]['modelled_cores']} cores, modelled")
     cells = [
         [r["domain"], r["module"], f"{r['kernel']} {r['form']}", r["scene"], r["paper_simd"], page.number(r["simd_gain"], "x")]
         + [page.number(r["simd_gain_over_twin"], "x"), "–" if r["lane_use"] is None else f"{100 * r['lane_use']:.0f} %"]
-        + [r["paper_threads"], page.number(r["two_threads_measured"], "x"), page.number(r["threads_modelled"], "x")]
+        + [r["paper_threads"], page.number(r["threads_measured"], "x"), page.number(r["threads_modelled"], "x")]
         for r in rows
     ]
     return page.table(header, cells)
@@ -89,15 +95,17 @@ def draw(rows):
     figure, axes = style.panels(1, 3, 3.4, 3.6, sharey=True)
     columns = [
         ("SIMD gain over serial, measured", "simd_gain", "simd_gain_spread", style.COLOURS[0], True),
-        ("gain of 2 threads, measured", "two_threads_measured", "two_threads_spread", style.COLOURS[1], True),
+        (f"gain of {page.threads(rows[0]['threads'])}, measured", "threads_measured", "threads_spread", style.COLOURS[1], True),
         (f"gain of {rows[0]['modelled_cores']} cores, modelled", "threads_modelled", None, style.COLOURS[2], False),
     ]
     places = range(len(rows))
     for axis, (label, column, spread, colour, filled) in zip(axes[0], columns):
         values = [r[column] for r in rows]
         look = {"color": colour} if filled else {"facecolor": "white", "edgecolor": colour, "hatch": "///", "linestyle": "--"}
-        bars = [r[spread] * v / 2 for r, v in zip(rows, values)] if spread else None
-        axis.barh(places, values, xerr=bars, height=0.65, **look)
+        bars = [(r[spread] or 0) * v / 2 for r, v in zip(rows, values)] if spread else None
+        for bar, r in zip(axis.barh(places, values, xerr=bars, height=0.65, **look), rows):
+            if filled and not r["whole_cores"]:
+                bar.set(**style.DISTURBED_BAR)
         for place, value, bar in zip(places, values, bars or [0] * len(rows)):
             style.beside(axis, page.number(value), value + bar, place)
         axis.set_xlim(0, 1.25 * max(values))

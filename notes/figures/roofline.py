@@ -9,6 +9,7 @@ import style
 TITLE = "Roofline of every kernel"
 PAPER_FIGURE = "none"
 PAPER = "The papers have no such figure; it says what bounds a kernel on this machine."
+REPORTS = {"bench": None}
 
 
 def table(data):
@@ -19,6 +20,7 @@ def table(data):
         named = {c: r[c] for c in ("kernel", "form", "scene", "variant", "threads", "ms", "bytes", "flops")} | {"from": r["from"]}
         if r["flops"] > 0 and r["bytes"] > 0:
             named |= {"flops_per_byte": r["flops"] / r["bytes"], "gflop_per_s": 1e-6 * r["flops"] / r["ms"], "spread": r["spread"]}
+            named |= source.whole_cores(r)
         rows.append(named)
     # Each kernel and form has one scene here, the one that moves the most bytes. Points are numbered.
     largest = {}
@@ -59,14 +61,20 @@ def roof_words(peak):
     return f"{page.threads(peak['threads'])}: {peak['triad_gb_per_s']:.3g} GB/s, {peak['fma_gflop_per_s']:.3g} GFLOP/s"
 
 
+def thread_counts(rows):
+    """One thread and the most that were timed; one of them where they are the same."""
+    return sorted({1, max(r["threads"] for r in rows if r["variant"] == "openmp")})
+
+
 def in_short(rows):
     def best(variant, threads):
         r = max(points(rows, variant, threads), key=lambda r: r["gflop_per_s"])
         return f"{r['gflop_per_s']:.3g} GFLOP/s ({r['kernel']} {r['form']})".replace(" )", ")")
 
+    of_openmp = ", ".join(f"{page.threads(threads)} {best('openmp', threads)}" for threads in thread_counts(rows))
     return {
         "paper": "–",
-        "measured": f"highest: serial {best('serial', 1)}, 1 thread {best('openmp', 1)}, 2 threads {best('openmp', 2)}",
+        "measured": f"highest: serial {best('serial', 1)}, {of_openmp}",
         "modelled": "–",
         "scene": "of each kernel the one that moves the most bytes",
     }
@@ -80,7 +88,8 @@ def here(rows):
         f"The roofs are measured: triad beyond the caches, and independent multiply-adds in lanes ({roofs}). Flops and bytes are declared "
         "beside each kernel in the verifier. Flops are those of the serial form, so additional work of openmp does not count. Bytes "
         "count each read and write of memory once, so a kernel that reads its data repeatedly appears too far to the right. Left: from "
-        "the serial time (cross) to openmp on one thread (its number). Right: openmp on two threads. A kernel above the slanted roof "
+        f"the serial time (cross) to openmp on one thread (its number). Right: openmp on the most threads, {thread_counts(rows)[-1]}. A "
+        "kernel above the slanted roof "
         "has its data in the caches"
         + (f" ({', '.join(above)} on one thread). " if above else ". ")
         + (f"Kernels without flops are left out: {', '.join(without_flops(rows))}." if without_flops(rows) else "")
@@ -92,15 +101,17 @@ def details(rows):
     for r in rows:
         if "gflop_per_s" in r:
             numbered.setdefault(r["number"], {})[r["variant"], r["threads"]] = r
-    header = ["number", "kernel", "form", "scene", "flops/byte", "GFLOP/s: serial", "1 thread", "of its roof", "2 threads", "of its roof"]
+    header = ["number", "kernel", "form", "scene", "flops/byte", "GFLOP/s: serial"]
+    for threads in thread_counts(rows):
+        header += [page.threads(threads), "of its roof"]
     cells = []
     for number, runs in numbered.items():
-        r, two = runs["openmp", 1], runs["openmp", 2]
-        cells.append(
-            [number, r["kernel"], r["form"], r["scene"], page.number(r["flops_per_byte"]), page.number(runs["serial", 1]["gflop_per_s"])]
-            + [page.number(r["gflop_per_s"]), f"{100 * share_of_roof(rows, r):.0f} %"]
-            + [page.number(two["gflop_per_s"]), f"{100 * share_of_roof(rows, two):.0f} %"]
-        )
+        r = runs["openmp", 1]
+        cells.append([number, r["kernel"], r["form"], r["scene"], page.number(r["flops_per_byte"])])
+        cells[-1].append(page.number(runs["serial", 1]["gflop_per_s"]))
+        for threads in thread_counts(rows):
+            run = runs["openmp", threads]
+            cells[-1] += [page.number(run["gflop_per_s"]), f"{100 * share_of_roof(rows, run):.0f} %"]
     return page.table(header, cells)
 
 
@@ -116,12 +127,12 @@ def label(axis, rows, series_of):
 
 
 def draw(rows):
-    figure, axes = style.panels(1, 2, 5.8, 6, sharex=True, sharey=True)
+    figure, axes = style.panels(1, len(thread_counts(rows)), 5.8, 6, sharex=True, sharey=True)
     drawn = [r for r in rows if "gflop_per_s" in r]
     series_of = {name: series for series, name in enumerate(dict.fromkeys(map(domain, drawn)))}
     low, high = (f(r["flops_per_byte"] for r in drawn) for f in (min, max))
     reach = [low / 1.6, high * 1.6]
-    for axis, threads in zip(axes[0], (1, 2)):
+    for axis, threads in zip(axes[0], thread_counts(rows)):
         peak = source.at(rows, variant="peak", threads=threads)
         ridge = peak["fma_gflop_per_s"] / peak["triad_gb_per_s"]
         corners = sorted([*reach, ridge])
@@ -135,7 +146,8 @@ def draw(rows):
                 s = serial[r["number"]]
                 axis.plot([r["flops_per_byte"]] * 2, [s["gflop_per_s"], r["gflop_per_s"]], color=colour, linewidth=0.5)
                 axis.plot(s["flops_per_byte"], s["gflop_per_s"], color=colour, marker="x", markersize=4)
-            style.measured(axis, [r["flops_per_byte"]], [r["gflop_per_s"]], series, [min(r["spread"], 1.5)])
+            spread = None if r["spread"] is None else min(r["spread"], 1.5)
+            style.measured(axis, [r["flops_per_byte"]], [r["gflop_per_s"]], series, [spread], [r["whole_cores"]])
         label(axis, own, series_of)
         style.log_x(axis, "flops / byte")
         axis.set_xlim(reach)
@@ -143,5 +155,6 @@ def draw(rows):
         axis.set_title(roof_words(peak))
     peaks = [r["fma_gflop_per_s"] for r in rows if r["variant"] == "peak"]
     style.limit_to(axes[0][0], [r["gflop_per_s"] for r in drawn] + peaks, 1.5)
-    style.key_below(figure, [style.series_key(series, domain) for domain, series in series_of.items()] + [style.serial_key()])
+    keys = [style.series_key(series, domain) for domain, series in series_of.items()]
+    style.key_below(figure, [*keys, style.serial_key(), *style.disturbed_key(rows)])
     return figure

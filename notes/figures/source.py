@@ -6,8 +6,6 @@ A reference is `bench.json#3`, the row 3 of rows (from 0), or `bench.json#machin
 
 import json
 
-NAMES = ["bench", "scale", "cloth_convergence", "levelset_blocks", "levelset_slice", "contact_batches"]
-
 # The shares of the cores' time, by the names in the model's rows. The rest of 1 is time bound by memory.
 SHARES = {
     "work": "work",
@@ -24,10 +22,10 @@ class Missing(Exception):
     """A file that a figure needs is missing, is not a report, or lacks rows."""
 
 
-def load(folder):
+def load(folder, names):
     """{name: {"machine": ..., "rows": [...]}}, where each row, and each peak of the machine, has its reference as "from"."""
     data = {}
-    for name in NAMES:
+    for name in names:
         path = folder / f"{name}.json"
         try:
             report = json.loads(path.read_text())
@@ -87,6 +85,7 @@ def over_cores(data, kernel, form, scene):
         for r in found:
             rows.append(
                 {"kernel": kernel, "form": form, "scene": scene, "kind": kind, "cores": r[cores], "ms": r[ms], "spread": r.get("spread")}
+                | whole_cores(one, r)
                 | {"speed_up": one[ms] / r[ms], "speed_up_spread": spread_of_ratio(one, r) if r is not one else None}
                 | ({"compute_speed_up": one["compute_ms"] / r["compute_ms"]} if kind == "modelled" else {})
                 | where_time_goes(r)
@@ -97,7 +96,14 @@ def over_cores(data, kernel, form, scene):
 
 def spread_of_ratio(a, b):
     """The spread of the ratio of two times, if both spreads are known: squares of relative errors add."""
-    return (a["spread"] ** 2 + b["spread"] ** 2) ** 0.5 if "spread" in a and "spread" in b else None
+    spreads = [r.get("spread") for r in (a, b)]
+    return (spreads[0] ** 2 + spreads[1] ** 2) ** 0.5 if None not in spreads else None
+
+
+def whole_cores(*rows):
+    """The column that says whether the times of `bench` behind a value were taken on whole cores; empty for other reports."""
+    known = [r["whole_cores"] for r in rows if "whole_cores" in r]
+    return {"whole_cores": all(known)} if known else {}
 
 
 def at(rows, **wanted):
@@ -106,8 +112,18 @@ def at(rows, **wanted):
 
 
 def most_cores(rows, limit=64):
-    """The most cores that rows have, up to what the papers simulate."""
-    return max(r["cores"] for r in rows if r.get("cores") and r["cores"] <= limit)
+    """The most cores that rows of the kind "modelled" have, up to what the papers simulate."""
+    return max(r["cores"] for r in rows if r["kind"] == "modelled" and r["cores"] <= limit)
+
+
+def most_measured(rows):
+    """The most cores that rows of the kind "measured" have."""
+    return max(r["cores"] for r in rows if r["kind"] == "measured")
+
+
+def most_threads(data):
+    """The most threads on which `bench` timed openmp."""
+    return max(r["threads"] for r in rows_of(data, "bench", variant="openmp"))
 
 
 def losses(row):

@@ -1,5 +1,6 @@
 """A step of the fluid, by the way in which forms avoid conflicts between threads."""
 
+import page
 import source
 import style
 
@@ -9,6 +10,7 @@ PAPER = (
     "A lock for each grid cell would cost much; sub-grids owned by threads, with locks for cells on their borders alone, almost entirely "
     "amortise it. The paper gives no numbers."
 )
+REPORTS = {"bench": ["fluid/step"], "scale": ["fluid/step"]}
 FORMS = {
     "owner_gather": "no lock: each particle gathers its own sums",
     "pair_lists": "no lock: pairs listed once",
@@ -27,10 +29,11 @@ def of_each(rows, kind, cores):
 
 
 def in_short(rows):
-    most = source.most_cores(rows)
+    most, measured = source.most_cores(rows), source.most_measured(rows)
     return {
         "paper": "a lock a cell costs much, locks on borders almost nothing",
-        "measured": "2 threads: " + ", ".join(f"{r['form']} {r['ms']:.3g} ms" for r in of_each(rows, "measured", 2)),
+        "measured": f"{page.threads(measured)}: "
+        + ", ".join(f"{r['form']} {r['ms']:.3g} ms" for r in of_each(rows, "measured", measured)),
         "modelled": f"{most} cores: "
         + ", ".join(f"{r['form']} {r['ms']:.3g} ms ({100 * r['locks']:.0f} % in locks)" for r in of_each(rows, "modelled", most)),
         "scene": rows[0]["scene"],
@@ -73,5 +76,5 @@ def draw(rows):
     style.limit_to(speed, [r["speed_up"] for r in rows] + [cores[-1]], 1.3)
     locks.set_ylabel("time in locks, % of the cores' time")
     keys = [style.series_key(series, f"{form} ({words})") for series, (form, words) in enumerate(FORMS.items())]
-    style.key_below(figure, [*keys, *style.kinds_key(), style.ideal_key()], 3)
+    style.key_below(figure, [*keys, *style.kinds_key(), *style.disturbed_key(rows), style.ideal_key()], 3)
     return figure

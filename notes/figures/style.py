@@ -24,8 +24,11 @@ MARKERS = ["o", "s", "^", "D", "v", "P", "X"]
 HATCHES = ["", "///", "...", "xxx", "\\\\\\", "++", "oo"]
 SHARE_COLOURS = ["#0072B2", "#E69F00", "#D55E00", "#000000", "#CC79A7", "#999999", "#009E73"]
 PAPER = {"color": "#555555", "marker": "*", "markersize": 11, "linestyle": "none"}
+GREY = "#999999"
 HALO = [withStroke(linewidth=2, foreground="white")]  # of text among marks
 BOUND = {"color": "#555555", "linewidth": 0.9}
+DISTURBED = {"markerfacecolor": "white", "markeredgecolor": GREY}  # a point that never had whole cores
+DISTURBED_BAR = {"facecolor": "white", "edgecolor": GREY, "hatch": ""}
 
 matplotlib.rcParams.update(
     {
@@ -57,10 +60,14 @@ def panels(rows, columns, width, height, **more):
     return figure, axes
 
 
-def measured(axis, x, y, series, spreads=None, **more):
-    """`spreads`: the interquartile range over the median, a point; None where not known."""
+def measured(axis, x, y, series, spreads=None, whole=None, **more):
+    """`spreads`: the interquartile range over the median, a point; None where not known. `whole`: whether a point was
+    timed on whole cores; others become hollow and grey."""
     reach = [s * v / 2 if s is not None else 0 for s, v in zip(spreads, y)] if spreads else None
     axis.errorbar(x, y, yerr=reach, color=COLOURS[series], marker=MARKERS[series], linestyle="-", zorder=3, **more)
+    disturbed = [(a, b) for a, b, w in zip(x, y, whole or []) if not w]
+    if disturbed:
+        axis.plot(*zip(*disturbed), marker=MARKERS[series], linestyle="none", zorder=4, **DISTURBED)
 
 
 def arrows_up(axis, x, y, series):
@@ -78,7 +85,8 @@ def line(axis, rows, kind, column, series):
     own = [r for r in rows if r["kind"] == kind and r.get(column) is not None]
     x, y = [r["cores"] for r in own], [r[column] for r in own]
     if kind == "measured":
-        measured(axis, x, y, series, [r.get("spread" if column == "ms" else column + "_spread") for r in own])
+        spreads = [r.get("spread" if column == "ms" else column + "_spread") for r in own]
+        measured(axis, x, y, series, spreads, [r.get("whole_cores", True) for r in own])
     else:
         modelled(axis, x, y, series)
 
@@ -137,6 +145,12 @@ def kinds_key():
         Line2D([], [], color="#555555", marker="o", linestyle="-", label="measured"),
         Line2D([], [], color="#555555", marker="o", linestyle="--", markerfacecolor="white", label="modelled"),
     ]
+
+
+def disturbed_key(rows):
+    """The legend's entry for points that never had whole cores, if there are any."""
+    some = any(r.get("whole_cores") is False for r in rows)
+    return [Line2D([], [], marker="o", linestyle="none", label="measured without whole cores", **DISTURBED)] if some else []
 
 
 def ideal_key(label="all cores in full use"):

@@ -1,0 +1,89 @@
+// notes/reports.md names every field of every report, and no other. Run from the root of the repository.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
+#include <string>
+
+#include "tests/cli.h"
+
+namespace lockstep {
+namespace {
+
+using Fields = std::set<std::string>;
+
+// The paths of a report's fields, such as machine.omp.version; elements of arrays have no name of their own.
+void collect(const nlohmann::json& value, const std::string& path, Fields& fields) {
+  if (value.is_object())
+    for (const auto& [name, part] : value.items()) collect(part, path.empty() ? name : path + '.' + name, fields);
+  else if (value.is_array() && !value.empty())
+    for (const auto& part : value) collect(part, path, fields);
+  else
+    fields.insert(path);
+}
+
+// The first columns of the tables, by the heading that they stand under.
+std::map<std::string, Fields> documented() {
+  std::map<std::string, Fields> fields;
+  std::ifstream note("notes/reports.md");
+  std::string heading, line;
+  while (std::getline(note, line)) {
+    if (line.starts_with("## ")) heading = line.substr(3);
+    std::smatch match;
+    if (!std::regex_match(line, match, std::regex("\\| `([^`]+)` \\| [^|]+ \\| [^|]+ \\|"))) continue;
+    fields[heading].insert(match[1]);
+  }
+  for (const char* command : {"verify", "bench", "scale", "endure", "figures", "list"})
+    fields[command].merge(Fields(fields["every report"]));
+  fields["list"].erase("quick");
+  // Reports of figures have costs, and rows of the model, as scale has them.
+  const Fields not_of_figures = {"rows.kernel", "rows.passes"};
+  for (const std::string& field : fields["scale"])
+    if (!not_of_figures.contains(field)) fields["figures"].insert(field);
+  return fields;
+}
+
+struct ReportsNote : Cli {
+  void expect_documented(const std::string& command, const Fields& found) {
+    EXPECT_EQ(documented()[command], found) << command;
+  }
+  void expect_documented(std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), {"--json", path("report.json")});
+    const Outcome outcome = run(arguments);
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    Fields found;
+    collect(nlohmann::json::parse(read_bytes(path("report.json"))), "", found);
+    expect_documented(arguments[0], found);
+  }
+};
+
+TEST_F(ReportsNote, NamesFieldsOfVerify) {
+  expect_documented({"verify", "--kernel", "fluid/advance", "--scene", "single", "--threads", "1"});
+}
+TEST_F(ReportsNote, NamesFieldsOfBench) {
+  expect_documented({"bench", "--kernel", "cloth/relax", "--scene", "rope", "--threads", "1", "--quick"});
+}
+TEST_F(ReportsNote, NamesFieldsOfScale) {
+  expect_documented({"scale", "--kernel", "cloth/verlet", "--scene", "rope", "--cores", "1", "--quick"});
+}
+TEST_F(ReportsNote, NamesFieldsOfEndure) { expect_documented({"endure", "--scene", "rope", "--steps", "40"}); }
+
+TEST_F(ReportsNote, NamesFieldsOfList) {
+  Fields found;
+  collect(nlohmann::json::parse(run({"list", "--json"}).out), "", found);
+  expect_documented("list", found);
+}
+
+TEST_F(ReportsNote, NamesFieldsOfFigures) {
+  ASSERT_EQ(run({"figures", "--quick", "--out", folder}).code, 0);
+  Fields found;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    collect(nlohmann::json::parse(read_bytes(entry.path())), "", found);
+  expect_documented("figures", found);
+}
+
+}  // namespace
+}  // namespace lockstep
