@@ -27,7 +27,7 @@ Json name_of(const Json& row) {
 struct Resume : Cli {
   Json report(const std::string& name) const { return Json::parse(read_bytes(path(name))); }
 
-  // Removes a row in the middle of a report, runs the command again, and expects all rows once, the others as they were.
+  // Removes a row in the middle of a report, runs the command again, and expects all rows once, the others unchanged.
   void expect_to_go_on(std::vector<std::string> command, const std::string& file) const {
     ASSERT_EQ(run(command).code, 0);
     const Json whole = report(file);
@@ -81,7 +81,8 @@ TEST_F(Resume, FiguresMeasuresWhatIsMissing) {
   std::multiset<Json> names, expected;
   for (const Json& row : rows) expected.insert(name_of(row));
   int measured = 0;
-  for (const Json& row : report("cloth_convergence.json")["rows"]) {
+  const Json resumed = report("cloth_convergence.json");
+  for (const Json& row : resumed["rows"]) {
     names.insert(name_of(row));
     measured += row["residual"] != made_up;
   }

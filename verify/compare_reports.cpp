@@ -1,4 +1,4 @@
-// Compares two reports of `bench` row by row: how the median changed, and whether that is more than the spread of either
+// Compares two reports of `bench` row by row: how the median changed, and whether by more than the spread of either
 // report's repeats.
 //
 // A row is named by kernel, form, scene, variant and threads. The spread is the interquartile range over the median, so
