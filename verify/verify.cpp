@@ -32,7 +32,7 @@ void print_kernels(const nlohmann::ordered_json& rows, bool only_failed) {
   struct OfKernel {
     std::string name;
     int rows = 0, failed = 0;
-    std::map<std::string, int> verdicts;
+    std::map<std::string, int> verdicts = {};
     double nearest = 0;  // error over bound
   };
   std::vector<OfKernel> kernels;
