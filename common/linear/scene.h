@@ -1,21 +1,5 @@
-// Scenes of linear algebra (scenes/linear/ has examples): a matrix, and how to solve with it.
-//
-//   kind = "linear"             # required
-//   tolerance = 1e-6            # of conjugate gradients: |r| / |b|, 1e-12 .. .1
-//   iterations = 2000           # at most, 1 .. 1,000,000
-//   tau = 0.97                  # of incomplete Cholesky: the share of dropped fill that the diagonal takes, 0 .. 1
-//
-//   [poisson]                   # one of the three: the pressure in a tank with a ball in it (common/linear/make.h)
-//   cells = 64                  # required, a side, 1 .. 512
-//   hole = 0.25                 # the ball's radius in sides of the tank, 0 .. .49
-//
-//   [elasticity]                # an elastic block, held on one side, in 3x3 blocks (common/linear/make.h)
-//   points = 24                 # required, a side, 2 .. 128
-//
-//   [file]                      # a matrix of your own
-//   matrix = "bar.mtx"          # required: Matrix Market, beside the scene (common/linear/matrix_market.h)
-//
-// Values shown at the top level, and hole, are the defaults.
+// Scenes of linear algebra: a matrix, and how to solve with it. scenes/README.md has every key of the TOML,
+// scenes/linear/ examples.
 #pragma once
 
 #include <string>
@@ -38,7 +22,7 @@ struct Scene {
 };
 
 // Reads a TOML scene. Throws InputError in one line, `file:line:column: what was expected`, where the file cannot be
-// read, is not what is written above, or does not fit the machine's memory, asked before the matrix is made; likewise
+// read, is not what scenes/README.md says, or does not fit the machine's memory, asked before the matrix is made; likewise
 // where a Matrix Market file is refused.
 Scene load_scene(const std::string& path);
 
