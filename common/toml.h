@@ -6,7 +6,6 @@
 // assertion that can fail.
 #define TOML_ASSERT(condition) static_assert(true)
 #define TOML_HEADER_ONLY 0  // the parser is compiled once, in toml.cpp
-#define TOML_ENABLE_FORMATTERS 0
 #include <toml++/toml.h>
 
 #include <concepts>

@@ -148,15 +148,15 @@ TEST_F(LevelsetSceneTest, TakesAMesh) {
 TEST_F(LevelsetSceneTest, FitsTheGridToAMesh) {
   write_bytes(path("a.obj"), "v 100 -7 3\nv 103 -7 3\nv 100 -5 3\nv 100 -7 4\n" + faces);
   for (const std::string& band : {std::string("band = 2\n"), std::string()}) {
-    const Scene scene = load(head + band + mesh);
+    const Scene scene = load("kind = \"levelset\"\npoints = [30, 32, 34]\n" + band + mesh);
     const double room = band.empty() ? 4 : 3;
-    EXPECT_DOUBLE_EQ(scene.grid.spacing, 3 / (10 - 2 * room));
-    EXPECT_DOUBLE_EQ(scene.grid.origin.x, 101.5 - 5 * scene.grid.spacing);
-    EXPECT_DOUBLE_EQ(scene.grid.origin.y, -6 - 6 * scene.grid.spacing);
-    EXPECT_DOUBLE_EQ(scene.grid.origin.z, 3.5 - 7 * scene.grid.spacing);
+    EXPECT_DOUBLE_EQ(scene.grid.spacing, 3 / (30 - 2 * room));
+    EXPECT_DOUBLE_EQ(scene.grid.origin.x, 101.5 - 15 * scene.grid.spacing);
+    EXPECT_DOUBLE_EQ(scene.grid.origin.y, -6 - 16 * scene.grid.spacing);
+    EXPECT_DOUBLE_EQ(scene.grid.origin.z, 3.5 - 17 * scene.grid.spacing);
     double least = infinity;
     for_each_point(scene.phi, [&](int x, int y, int z) {
-      const bool on_a_side = x == 0 || y == 0 || z == 0 || x == 9 || y == 11 || z == 13;
+      const bool on_a_side = x == 0 || y == 0 || z == 0 || x == 29 || y == 31 || z == 33;
       if (on_a_side) least = std::min<double>(least, scene.phi(x, y, z));
     });
     EXPECT_GT(least, band.empty() ? 2.9 * scene.grid.spacing : scene.band);

@@ -65,7 +65,7 @@ const std::string sheet =
     "[sheet]\nrows = 3\ncolumns = 4\norigin = [0, 0, 0]\nwidth = [1, 0, 0]\nheight = [0, 1, 0]\nmass = 1\n";
 const std::string fluid_block =
     "kind = \"fluid\"\nparticles_per_metre = 100\n[[block]]\nmin = [0, 0, 0]\nmax = [0.03, 0.03, 0.03]\n";
-const std::string level = "kind = \"levelset\"\npoints = [8, 9, 10]\n";
+const std::string level = "kind = \"levelset\"\npoints = [10, 11, 12]\n";
 const std::string bodies = "kind = \"rigid\"\nframes = 2\n[[body]]\nbox = [1, 1, 1]\nmass = 1\n";
 
 std::string base_of(const std::string& domain, const std::string& section) {
@@ -123,9 +123,10 @@ std::uint64_t hash_of_scene(const std::string& domain, const std::string& path) 
   if (domain == "fluid") {
     const fluid::Scene s = fluid::load_scene(path);
     const fluid::Model<float> m = fluid::convert<float>(s.model);
-    return hash_all(m.twice_rest_density, m.density_coefficient, m.pressure_coefficient, m.viscosity_coefficient,
-                    m.time_step, m.gravity, m.walls, hash_of(s.particles), s.frames, s.holds.momentum_conserved,
-                    s.holds.inside_domain, s.holds.lattice_density, s.holds.energy_falls_after.value_or(-1));
+    return hash_all(m.twice_rest_density, m.least_density, m.density_coefficient, m.pressure_coefficient,
+                    m.viscosity_coefficient, m.time_step, m.gravity, m.walls, hash_of(s.particles), s.frames,
+                    s.holds.momentum_conserved, s.holds.inside_domain, s.holds.lattice_density,
+                    s.holds.energy_falls_after.value_or(-1));
   }
   if (domain == "cloth") {
     const cloth::Scene s = cloth::load_scene(path);
@@ -151,6 +152,13 @@ std::uint64_t hash_of_scene(const std::string& domain, const std::string& path) 
   const linear::Scene s = linear::load_scene(path);
   return hash_all(s.stop.tolerance, s.stop.iterations, s.modification.tau,
                   verify::hash_bytes(std::span<const float>(s.rows.value)));
+}
+
+std::string text_of(double x) {
+  std::ostringstream out;
+  out.precision(17);
+  out << x;
+  return out.str();
 }
 
 // Ranges of whole numbers end in many digits, all others in a power of ten, a fraction or 1 or 100.
@@ -257,11 +265,11 @@ TEST_F(SceneReference, OtherValuesMakeOtherScenes) {
     const std::string value = bare(row.otherwise);
     const auto other_than = [&]() -> std::string {
       const std::map<std::string, std::string> words = {
-          {"true", "false"}, {"false", "true"}, {"[]", "[\"left\"]"}, {"[0, 0, 0, 1]", "[0, 1, 0, 0]"}, {"0", "0.5"}};
+          {"true", "false"}, {"false", "true"}, {"[]", "[\"right\"]"}, {"[0, 0, 0, 1]", "[0, 1, 0, 0]"}, {"0", "0.5"}};
       if (const auto word = words.find(value); word != words.end() && !(value == "0" && is_whole(row)))
         return word->second;
       if (value.starts_with('[')) return "[0.5, 0.25, 0.125]";
-      return is_whole(row) ? std::to_string(std::stoi(value) + 1) : std::to_string(.5 * std::stod(value));
+      return is_whole(row) ? std::to_string(std::stoi(value) + 1) : text_of(.5 * std::stod(value));
     };
     const std::string other = other_than();
     if (row.key == "seed") return;  // there is nothing random in these scenes
@@ -275,12 +283,6 @@ TEST_F(SceneReference, RangesAreThoseOfTheReaders) {
   for_each_row([&](const std::string& domain, const std::string& section, const Row& row) {
     std::smatch range;
     if (!std::regex_match(row.range, range, std::regex("(\\S+) to ([-0-9.e]+)"))) return;
-    const auto text = [&](double x) {
-      std::ostringstream out;
-      out.precision(17);
-      out << x;
-      return out.str();
-    };
     // As the key takes it: a number or a list of them, of which one has this value.
     const std::string three = error(domain, section, row.key, "0.5");
     const bool is_list = three.find("three") != std::string::npos;
@@ -300,8 +302,8 @@ TEST_F(SceneReference, RangesAreThoseOfTheReaders) {
     } else if (row.key == "points") {
       check("1", "2");
     } else {
-      check(text(low > 0 ? low * (1 - 1e-9) : low < 0 ? low * (1 + 1e-9) : -1e-9), text(low));
-      check(text(high * (1 + 1e-9)), text(high));
+      check(text_of(low > 0 ? low * (1 - 1e-9) : low < 0 ? low * (1 + 1e-9) : -1e-9), text_of(low));
+      check(text_of(high * (1 + 1e-9)), text_of(high));
     }
     ++checked;
   });
