@@ -81,8 +81,9 @@ TEST_F(VtkTest, ImagesHaveTheirPlaceInBothFormats) {
   write(path("a.vtk"), image);
   EXPECT_EQ(read_bytes(path("a.vtk")),
             "# vtk DataFile Version 3.0\nA test\nBINARY\nDATASET STRUCTURED_POINTS\n"
-                "DIMENSIONS 2 2 2\nORIGIN 0 1 2\nSPACING 0.5 0.5 0.5\nPOINT_DATA 8\nSCALARS phi float 1\n" +
-                "LOOKUP_TABLE default\n" + big_endian(1.f, 2.f, 3.f, 4.f, 5.f, 6.f, 7.f, 8.f));
+            "DIMENSIONS 2 2 2\nORIGIN 0 1 2\nSPACING 0.5 0.5 0.5\nPOINT_DATA 8\nSCALARS phi float 1\n"
+            "LOOKUP_TABLE default\n" +
+                big_endian(1.f, 2.f, 3.f, 4.f, 5.f, 6.f, 7.f, 8.f));
   write(path("a.vti"), image);
   EXPECT_NE(read_bytes(path("a.vti"))
                 .find("Origin=\"0 1 2\" Spacing=\"0.5 0.5 0.5\">\n<Piece"),

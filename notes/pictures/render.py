@@ -67,14 +67,14 @@ def actor(source, colour=None, table=None, array=None, cells=False):
 
 
 def bar(table, title, ticks):
-    """A legend of colours at the right."""
+    """A legend of colours at the upper left."""
     legend = vtk.vtkScalarBarActor()
     legend.SetLookupTable(table)
     legend.SetTitle(title)
     legend.SetNumberOfLabels(ticks)
     legend.SetLabelFormat("%.3g")
-    legend.SetPosition(0.9, 0.62)
-    legend.SetPosition2(0.075, 0.32)
+    legend.SetPosition(0.03, 0.72)
+    legend.SetPosition2(0.075, 0.25)
     legend.SetBarRatio(0.25)
     legend.UnconstrainedFontSizeOn()
     for text in (legend.GetTitleTextProperty(), legend.GetLabelTextProperty()):
@@ -131,7 +131,8 @@ def render(path, actors, eye, focus, shade, angle=30, bars=()):
     image.Update()
     pixels = vtk_to_numpy(image.GetOutput().GetPointData().GetScalars()).reshape(FINER * HEIGHT, FINER * WIDTH, 3)
     picture = Image.fromarray(np.ascontiguousarray(pixels[::-1])).reduce(FINER)
-    picture.quantize(128, dither=Image.Dither.NONE).save(path, optimize=True)
+    # A palette takes a third of the bytes.
+    picture.quantize(256, method=Image.Quantize.MAXCOVERAGE, kmeans=3).save(path, optimize=True)
     print(path)
 
 
@@ -186,7 +187,7 @@ def dam_break(frames, path):
     edges = actor(read(folder / "box.vtk"), "#9a9a9a")
     edges.GetProperty().SetLineWidth(1.5 * FINER)
     edges.GetProperty().LightingOff()
-    render(path, [particles, edges], eye=(-0.21, 0.15, 0.42), focus=(0.012, 0.002, 0), shade=0.01, bars=[bar(table, "speed, m/s", 5)])
+    render(path, [particles, edges], eye=(-0.21, 0.15, 0.42), focus=(0.004, 0.004, 0), shade=0.01, bars=[bar(table, "speed, m/s", 5)])
 
 
 def smooth(data):
@@ -201,12 +202,14 @@ def garment(frames, path):
     """The poncho, draped."""
     folder = frames / "garment"
     cloth = actor(smooth(last(folder)), "#b23a48")
-    back = vtk.vtkProperty()
-    back.DeepCopy(cloth.GetProperty())
-    back.SetColor(*rgb("#7d2934"))
-    cloth.SetBackfaceProperty(back)
-    body = actor(smooth(read(folder / "obstacles.vtk")), "#d8d4cd")
-    render(path, [cloth, body], eye=(1.1, 1.75, 2.5), focus=(0, 1.28, 0), shade=0.12)
+    # Obstacles are written as the cloth meets them; without the scene's thickness of 10 mm they lie below it.
+    outside = smooth(read(folder / "obstacles.vtk"))
+    outside.Update()
+    body = outside.GetOutput()
+    points = vtk_to_numpy(body.GetPoints().GetData())
+    points -= 0.015 * vtk_to_numpy(body.GetPointData().GetNormals())
+    shoulders = actor(body, "#d8d4cd")
+    render(path, [cloth, shoulders], eye=(1.15, 1.8, 2.65), focus=(0, 1.25, 0), shade=0.12)
 
 
 def level_set(frames, path):
@@ -245,7 +248,7 @@ def level_set(frames, path):
     edges.GetProperty().SetLineWidth(1.5 * FINER)
     edges.GetProperty().LightingOff()
     shown = [actor(smoothed, "#d9d2c5"), distances, levels, edges]
-    render(path, shown, eye=(1.0, 1.35, 2.95), focus=(0.55, 0.5, 0.5), shade=0.05, bars=[bar(table, "distance, m", 5)])
+    render(path, shown, eye=(1.0, 1.35, 3.15), focus=(0.5, 0.47, 0.5), shade=0.05, bars=[bar(table, "distance, m", 5)])
 
 
 
