@@ -42,7 +42,7 @@ class Frames {
  private:
   const std::string& folder_;
   const Simulation& simulation_;
-  int opened_;         // file descriptor of the folder, which holds the lock
+  int opened_;          // file descriptor of the folder, which holds the lock
   double written_ = 0;  // when the series were, as now() says
 };
 
