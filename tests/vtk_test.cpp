@@ -1,5 +1,5 @@
-// common/vtk.h: the bytes of each kind of file. (tests/frames_test.py reads files by VTK's own readers.) What the domains
-// write is tested with their scenes.
+// common/vtk.h: the bytes of each kind of file. (tests/frames_test.py reads files by VTK's own readers.) What the
+// domains write is tested with their scenes.
 
 #include "common/vtk.h"
 
