@@ -48,7 +48,7 @@ TEST_F(Frames, OfAnotherRunAreRefusedOrReplaced) {
 
   // What is a user's own stays, whatever it is called like.
   std::filesystem::create_directory(path("frames"));
-  const std::set<std::string> own = {"frame_00001.vtk.bak", "frame.vtk",   "my_frame_00001.vtk", "frame_1.vtk",
+  const std::set<std::string> own = {"frame_00001.vtk.bak", "frame.vtk",  "my_frame_00001.vtk", "frame_1.vtk",
                                      "frame_00001_cut.vtk", "bodies.csv", "state.lockstep.old"};
   for (const std::string& name : own) write_bytes(path("frames/" + name), "mine");
   ASSERT_EQ(run(of(fluid, "frames", 5)).code, 0);

@@ -36,8 +36,7 @@ struct Interruption : Cli {
 
   // The number of the last frame in a folder, in which all of its frames must be.
   static int last_frame(const std::map<std::string, std::string>& files) {
-    const long frames =
-        std::ranges::count_if(files, [](const auto& file) { return file.first.starts_with("frame_"); });
+    const long frames = std::ranges::count_if(files, [](const auto& file) { return file.first.starts_with("frame_"); });
     char name[32];
     std::snprintf(name, sizeof name, "frame_%05ld.vtk", frames - 1);
     EXPECT_TRUE(files.contains(name)) << name;

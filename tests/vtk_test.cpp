@@ -1,5 +1,5 @@
-// common/vtk.h: the bytes of each kind of file. (tests/frames_test.py reads files by VTK's own readers.) What the domains
-// write is tested with their scenes.
+// common/vtk.h: the bytes of each kind of file. (tests/frames_test.py reads files by VTK's own readers.) What the
+// domains write is tested with their scenes.
 
 #include "common/vtk.h"
 
@@ -47,11 +47,12 @@ TEST_F(VtkTest, PolyDataHasAllKindsOfCells) {
                  .point_data = {{"velocity", Type::vectors, each(square)}, {"speed", Type::floats, each(speed)}},
                  .cell_data = {{"body", Type::ints, each(body)}}});
   EXPECT_EQ(read_bytes(path("a.vtk")),
-            "# vtk DataFile Version 3.0\nA test\nBINARY\nDATASET POLYDATA\n" + square_words + "VERTICES 1 2\n" + big_endian(1, 3) + "LINES 1 4\n" +
-                big_endian(3, 0, 1, 2) + "POLYGONS 2 8\n" + big_endian(3, 0, 1, 2, 3, 0, 2, 3) +
-                "CELL_DATA 4\nSCALARS body int 1\nLOOKUP_TABLE default\n" + big_endian(7, 8, 9, 10) +
-                "POINT_DATA 4\nVECTORS velocity float\n" + square_words.substr(square_words.find('\n') + 1) +
-                "SCALARS speed float 1\nLOOKUP_TABLE default\n" + big_endian(.5f, 1.f, 2.f, 3.f));
+            "# vtk DataFile Version 3.0\nA test\nBINARY\nDATASET POLYDATA\n" + square_words + "VERTICES 1 2\n" +
+                big_endian(1, 3) + "LINES 1 4\n" + big_endian(3, 0, 1, 2) + "POLYGONS 2 8\n" +
+                big_endian(3, 0, 1, 2, 3, 0, 2, 3) + "CELL_DATA 4\nSCALARS body int 1\nLOOKUP_TABLE default\n" +
+                big_endian(7, 8, 9, 10) + "POINT_DATA 4\nVECTORS velocity float\n" +
+                square_words.substr(square_words.find('\n') + 1) + "SCALARS speed float 1\nLOOKUP_TABLE default\n" +
+                big_endian(.5f, 1.f, 2.f, 3.f));
 }
 
 TEST_F(VtkTest, UnstructuredGridHasCellsOfOneType) {
@@ -67,7 +68,8 @@ TEST_F(VtkTest, UnstructuredGridHasCellsOfOneType) {
   write(path("a.vtk"), grid);
   EXPECT_EQ(read_bytes(path("a.vtk")),
             "# vtk DataFile Version 3.0\nA test\nBINARY\nDATASET UNSTRUCTURED_GRID\n" + square_words + "CELLS 1 5\n" +
-                big_endian(4, 0, 1, 2, 3) + "CELL_TYPES 1\n" + big_endian(10) + "CELL_DATA 1\nSCALARS pressure float 1\nLOOKUP_TABLE default\n" + big_endian(-1.f));
+                big_endian(4, 0, 1, 2, 3) + "CELL_TYPES 1\n" + big_endian(10) +
+                "CELL_DATA 1\nSCALARS pressure float 1\nLOOKUP_TABLE default\n" + big_endian(-1.f));
 }
 
 TEST_F(VtkTest, ImagesHaveTheirPlaceInBothFormats) {
@@ -85,17 +87,16 @@ TEST_F(VtkTest, ImagesHaveTheirPlaceInBothFormats) {
             "LOOKUP_TABLE default\n" +
                 big_endian(1.f, 2.f, 3.f, 4.f, 5.f, 6.f, 7.f, 8.f));
   write(path("a.vti"), image);
-  EXPECT_NE(read_bytes(path("a.vti"))
-                .find("Origin=\"0 1 2\" Spacing=\"0.5 0.5 0.5\">\n<Piece"),
-            std::string::npos);
+  EXPECT_NE(read_bytes(path("a.vti")).find("Origin=\"0 1 2\" Spacing=\"0.5 0.5 0.5\">\n<Piece"), std::string::npos);
 }
 
 TEST_F(VtkTest, QuaternionsAreFourNumbersAPoint) {
   const std::vector<float> numbers = {1, 0, 0, 0, .5f, .5f, .5f, -.5f};
-  write(path("a.vtk"), PolyData{.title = "A test",
-                                .points = 2,
-                                .positions = [](Words& words) { words.add(Vector3<float>{}), words.add(Vector3<float>{}); },
-                                .point_data = {{"turn", Type::quaternions, each(numbers)}}});
+  write(path("a.vtk"),
+        PolyData{.title = "A test",
+                 .points = 2,
+                 .positions = [](Words& words) { words.add(Vector3<float>{}), words.add(Vector3<float>{}); },
+                 .point_data = {{"turn", Type::quaternions, each(numbers)}}});
   EXPECT_TRUE(read_bytes(path("a.vtk"))
                   .ends_with("POINT_DATA 2\nSCALARS turn float 4\nLOOKUP_TABLE default\n" +
                              big_endian(1.f, 0.f, 0.f, 0.f, .5f, .5f, .5f, -.5f)));

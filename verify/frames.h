@@ -1,8 +1,8 @@
 // A folder of frames for ParaView, as `lockstep run` writes it.
 //
 // Of each part of a simulation that moves, NAME_00000.vtk, NAME_00001.vtk, ... and NAME.vtk.series with their times; of
-// each other part NAME.vtk; and the state to go on from, state.lockstep (verify/run_state.h). Each file is written whole
-// or not at all.
+// each other part NAME.vtk; and the state to go on from, state.lockstep (verify/run_state.h). Each file is written
+// whole or not at all.
 #pragma once
 
 #include <string>
@@ -42,7 +42,7 @@ class Frames {
  private:
   const std::string& folder_;
   const Simulation& simulation_;
-  int opened_;         // file descriptor of the folder, which holds the lock
+  int opened_;          // file descriptor of the folder, which holds the lock
   double written_ = 0;  // when the series were, as now() says
 };
 

@@ -65,12 +65,9 @@ void add_collider(Surfaces& to, const World<float>& world, int collider) {
   const Quad<float>& size = world.colliders.size[collider];
   switch (kind_of(world, collider)) {
     case Kind::sphere:
-    case Kind::capsule:
-      return add_capsule(to, axes_of(world, collider), size.y, size.w, sides);
-    case Kind::plane:
-      return add_ground(to, world, collider);
-    default:
-      return add_faces(to, world, collider);
+    case Kind::capsule: return add_capsule(to, axes_of(world, collider), size.y, size.w, sides);
+    case Kind::plane: return add_ground(to, world, collider);
+    default: return add_faces(to, world, collider);
   }
 }
 
@@ -125,20 +122,20 @@ void write_bodies(const std::string& path, const World<float>& world) {
     words.add(inverse > 0 ? 1 / inverse : 0.f);
   };
   using enum vtk::Type;
-  vtk::write(
-      path,
-      {.title = "Lockstep rigid bodies",
-       .points = bodies.count,
-       .positions = each_body([&](vtk::Words& words, int i) { words.add(bodies.pose[i].position); }),
-       .vertices = {bodies.count, bodies.count, each_body([](vtk::Words& words, int i) { words.add(1), words.add(i); })},
-       .point_data = {
-           {"orientation_wxyz", quaternions, each_body(add_orientation)},
-           {"velocity", vectors, each_body([&](vtk::Words& words, int i) { words.add(bodies.motion[i].velocity); })},
-           {"angular_velocity", vectors,
-            each_body([&](vtk::Words& words, int i) { words.add(bodies.motion[i].angular_velocity); })},
-           {"mass", floats, each_body(add_mass)},
-           {"kind", ints, vtk::each(kinds)},
-           {"body", ints, each_body([](vtk::Words& words, int i) { words.add(i); })}}});
+  vtk::write(path, {.title = "Lockstep rigid bodies",
+                    .points = bodies.count,
+                    .positions = each_body([&](vtk::Words& words, int i) { words.add(bodies.pose[i].position); }),
+                    .vertices = {bodies.count, bodies.count,
+                                 each_body([](vtk::Words& words, int i) { words.add(1), words.add(i); })},
+                    .point_data = {{"orientation_wxyz", quaternions, each_body(add_orientation)},
+                                   {"velocity", vectors,
+                                    each_body([&](vtk::Words& words, int i) { words.add(bodies.motion[i].velocity); })},
+                                   {"angular_velocity", vectors, each_body([&](vtk::Words& words, int i) {
+                                      words.add(bodies.motion[i].angular_velocity);
+                                    })},
+                                   {"mass", floats, each_body(add_mass)},
+                                   {"kind", ints, vtk::each(kinds)},
+                                   {"body", ints, each_body([](vtk::Words& words, int i) { words.add(i); })}}});
 }
 
 }  // namespace lockstep::rigid
