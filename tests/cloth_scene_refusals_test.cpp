@@ -149,7 +149,7 @@ TEST_F(ClothSceneTest, RefusesWhatIsTooBig) {
 
 TEST_F(ClothSceneTest, RefusesWhatIsNoMesh) {
   EXPECT_EQ(error(head + mesh), "a.obj: cannot be read: No such file or directory");
-  EXPECT_EQ(error(head + "[mesh]\nfile = \"\"\nmass = 1\n"), ": is a directory, expected a file");
+  EXPECT_EQ(error(head + "[mesh]\nfile = \"\"\nmass = 1\n"), ": expected a file .obj, .off, .ply or .stl");
   EXPECT_EQ(error(head + "[mesh]\nfile = 1\nmass = 1\n"), "a.toml:3:8: file: expected text in quotes");
   EXPECT_EQ(error(head + "[mesh]\nfile = \"a.obj\"\nmass = -1\n"),
             "a.toml:4:8: mass: expected a number from 1e-9 to 1e9, in kg");

@@ -56,7 +56,7 @@ struct Waiting : Cli {
     std::array<double, 3> ms;
     for (double& each : ms) {
       const Outcome outcome = end_of(start({"run", "--scene", "scenes/cloth/flag_33.toml", "--frames", "100",
-                                            "--threads", threads, "--out", path("flag_33.vtk")},
+                                            "--threads", threads, "--force", "--out", path("frames")},
                                            [] { unsetenv("GOMP_SPINCOUNT"), unsetenv("OMP_WAIT_POLICY"); }));
       EXPECT_EQ(outcome.code, 0) << outcome.err;
       const std::size_t at = outcome.out.find(" threads: ");
@@ -133,6 +133,7 @@ TEST(HeldTeam, SharesLoopsOut) {
 #pragma omp for schedule(dynamic)
           for (int i = 0; i < n; ++i) first[i]++;
           if (first == std::vector<int>(n, 1)) seen++;
+#pragma omp barrier
 #pragma omp for schedule(dynamic, 7) nowait
           for (unsigned i = 0; i < n; ++i) second[i]++;
 #pragma omp for schedule(static)

@@ -68,7 +68,7 @@ void Crew::run() {
   in_region_ = true;
   region_(data_);
   in_region_ = false;
-  omp_set_num_threads(size_);  // a region may have set another number for the regions that it opens
+  omp_set_num_threads(asked_for_);  // a region may have set another number for the regions that it opens
 }
 
 void Crew::parallel(void (*region)(void*), void* data) {

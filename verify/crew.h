@@ -9,8 +9,9 @@ namespace lockstep::verify {
 
 class Crew {
  public:
-  // To be called before the other functions, by one thread.
-  void set_size(int threads) { size_ = threads; }
+  // `threads` serve the regions, and omp_get_max_threads() is `asked_for` in all of them. To be called before the other
+  // functions, by one thread.
+  void set_size(int threads, int asked_for) { size_ = threads, asked_for_ = asked_for; }
   int size() const { return size_; }
 
   // Runs a region on all threads, and returns when all have run it. Called by thread 0, outside regions.
@@ -48,7 +49,7 @@ class Crew {
   };
   void run();
 
-  int size_ = 1;
+  int size_ = 1, asked_for_ = 1;
   void (*region_)(void*) = nullptr;  // the region to run; null: the crew is dismissed
   void* data_ = nullptr;
   Gate begin_, all_arrived_, end_;

@@ -33,7 +33,7 @@ void hold_team(int threads, const std::function<void()>& work) {
 #pragma omp parallel num_threads(threads)
   {
     const int thread = omp_get_thread_num();
-    if (thread == 0) mine.set_size(omp_get_num_threads());
+    if (thread == 0) mine.set_size(omp_get_num_threads(), threads);
 #pragma omp barrier
     if (thread > 0) {
       mine.serve();
