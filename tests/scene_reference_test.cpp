@@ -147,7 +147,7 @@ std::uint64_t hash_of_scene(const std::string& domain, const std::string& path) 
   }
   if (domain == "rigid") {
     const rigid::Scene s = rigid::load_scene(path);
-    return hash_all(s.time_step, s.gravity, s.iterations, s.frames, s.settle, hash_of(s.world));
+    return hash_all(s.time_step, s.gravity, s.iterations, s.frames, s.rest, s.settle, hash_of(s.world));
   }
   const linear::Scene s = linear::load_scene(path);
   return hash_all(s.stop.tolerance, s.stop.iterations, s.modification.tau,

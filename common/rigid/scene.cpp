@@ -196,10 +196,10 @@ void read_body(const toml::table& table, World<double>& world, const Defaults& d
 Scene load_scene(const std::string& path) {
   const toml::table scene =
       read_scene(path, "rigid", {"kind", "frames"},
-                 {"settle", "time_step", "iterations", "gravity", "friction", "restitution", "hull", "body", "pyramid",
+                 {"rest", "settle", "time_step", "iterations", "gravity", "friction", "restitution", "hull", "body", "pyramid",
                   "stack", "wall", "castle", "dominoes", "pit", "soup"});
   const int frames = *whole_int(scene, "frames", 1);
-  const int settle = whole_int(scene, "settle", 0).value_or(0);
+  const int rest = whole_int(scene, "rest", 0).value_or(0), settle = whole_int(scene, "settle", 0).value_or(0);
   const int iterations = whole_int(scene, "iterations", 1).value_or(10);
   const double time_step = number_between(scene, "time_step", 1e-6, 1, "s").value_or(1. / 60);
   const Vector gravity = scene.contains("gravity") ? near_vector(scene, "gravity", "m/s^2") : Vector{0, -9.81, 0};
@@ -219,6 +219,7 @@ Scene load_scene(const std::string& path) {
           .gravity = gravity,
           .iterations = iterations,
           .frames = frames,
+          .rest = rest,
           .settle = settle};
 }
 

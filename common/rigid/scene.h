@@ -13,7 +13,7 @@ struct Scene {
   World<float> world;
   double time_step;         // s
   Vector3<double> gravity;  // m/s^2
-  int iterations, frames, settle;
+  int iterations, frames, rest, settle;
 };
 
 // Bytes to make so many bodies of one collider, or triangles, in double and keep them in float, too.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "common/rigid/scene.h"
@@ -16,6 +17,24 @@ namespace lockstep::verify {
 namespace {
 
 bool finite(const Vector3<float>& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+// Makes `steps` steps in which bodies that have a velocity wait. So the others settle: bodies that touch at the start do
+// not bear one another yet.
+void settle(int steps, const rigid::StepSettings& settings, rigid::Step<float>* step, rigid::World<float>& world,
+            rigid::StepMemory<float>& memory) {
+  rigid::Bodies<float>& bodies = world.bodies;
+  const Array<rigid::Motion<float>> motion = bodies.motion;
+  const Array<rigid::Quad<float>> inverse_mass = bodies.inverse_mass;
+  const auto waits = [&](int i) {
+    const auto& [velocity, angular_velocity] = std::pair(motion[i].velocity, motion[i].angular_velocity);
+    return inverse_mass[i].w > 0 && dot(velocity, velocity) + dot(angular_velocity, angular_velocity) > 0;
+  };
+  for (int i = 0; i < bodies.count; ++i)
+    if (waits(i)) bodies.motion[i] = {}, bodies.inverse_mass[i] = {};
+  for (int k = 0; k < steps; ++k) step(settings, world, memory);
+  for (int i = 0; i < bodies.count; ++i)
+    if (waits(i)) bodies.motion[i] = motion[i], bodies.inverse_mass[i] = inverse_mass[i];
+}
 
 Simulation simulation(const RunOptions& options) {
   struct State {
@@ -38,6 +57,7 @@ Simulation simulation(const RunOptions& options) {
   const Form form = find_form(forms, options.form, [&](const Form& f) { return f.variant == options.variant; });
   rigid::Bodies<float>& bodies = state->world.bodies;
   rigid::StepMemory<float>& memory = state->memory;
+  settle(scene.rest, state->settings, form.step, state->world, memory);
   const auto surfaces_of = [&](rigid::Part part) {
     return [state, part](const std::string& path) { rigid::write_surfaces(path, state->world, part); };
   };
