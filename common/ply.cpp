@@ -149,15 +149,16 @@ Mesh read_ply(const std::string& path) {
   Polygons polygons(path, [&](int number, bool is_face) {
     return path + (is_face ? ": face " : ": vertex ") + std::to_string(number);
   });
-  for (const auto& [name, count, properties] : header.elements) {
+  for (const Element& element : header.elements) {
+    const std::string& name = element.name;
     const bool is_vertex = name == "vertex", is_face = name == "face";
-    for (std::int64_t i = 1; i <= count; ++i) {
+    for (std::int64_t i = 1; i <= element.count; ++i) {
       const auto refuse = [&](const std::string& message) {
         throw InputError(path + ": " + legible(name) + ' ' + std::to_string(i) + ": " + message);
       };
       Vector3<double> point = {NAN, NAN, NAN};
       std::vector<std::int64_t> face;
-      for (const Property& property : properties) {
+      for (const Property& property : element.properties) {
         const bool is_corners = is_face && (property.name == "vertex_indices" || property.name == "vertex_index");
         const double length = property.count ? numbers.next(*property.count) : 1;
         if (!numbers.ended() && !(length >= 0 && length == std::floor(length)))
