@@ -21,14 +21,17 @@ GROUND = "[[body]]\nplane = [0, 1, 0]\n"
 
 
 def fluid(particles_per_metre, low, high):
-    return f'kind = "fluid"\nparticles_per_metre = {particles_per_metre}\n[[block]]\nmin = {low}\nmax = {high}\njitter = 0.05\n'
+    return (
+        f'kind = "fluid"\nparticles_per_metre = {particles_per_metre}\n[[block]]\nmin = {low}\nmax = {high}\njitter ='
+        " 0.05\n"
+    )
 
 
 def sheet(rows, columns, iterations):
     size = f"width = [{.01 * columns}, 0, 0]\nheight = [0, {-.01 * rows}, 0]"
     return (
-        f'kind = "cloth"\niterations = {iterations}\n[sheet]\nrows = {rows}\ncolumns = {columns}\norigin = [0, 0, 0]\n{size}\n'
-        'mass = 1\nbending = true\npins = ["top_left"]\n'
+        f'kind = "cloth"\niterations = {iterations}\n[sheet]\nrows = {rows}\ncolumns = {columns}\norigin = [0, 0,'
+        f' 0]\n{size}\nmass = 1\nbending = true\npins = ["top_left"]\n'
     )
 
 
@@ -60,7 +63,7 @@ CASES = [
     ("4096^3 grid points", points(4096), 1, 0, LIMIT),
     ("0 bodies", RIGID, 5, 0, "no body"),
     ("only the ground", RIGID + GROUND, 5, 0, RUNS),
-    ("1 body in nothing", RIGID + '[[body]]\nsphere = 0.5\nmass = 1\n', 20, 0, RUNS),
+    ("1 body in nothing", RIGID + "[[body]]\nsphere = 0.5\nmass = 1\n", 20, 0, RUNS),
     ("1 million bodies falling", pit(1000000, 150), 2, 0, RUNS),
     ("1 million bodies in 1 GB", pit(1000000, 150), 2, 2**30, MEMORY),
     ("a billion bodies", pit(1000000000, 1000), 2, 0, LIMIT),
@@ -73,11 +76,22 @@ def run(name, text, frames, limit):
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     (folder / "scene.toml").write_text(text)
-    command = ["build/lockstep", "run", "--scene", folder / "scene.toml", "--frames", str(frames), "--out", folder / "frames"]
+    command = [
+        "build/lockstep",
+        "run",
+        "--scene",
+        folder / "scene.toml",
+        "--frames",
+        str(frames),
+        "--out",
+        folder / "frames",
+    ]
     limits = (lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit))) if limit else None
     start = time.monotonic()
     with open(folder / "said", "w") as said:
-        child = subprocess.Popen([str(word) for word in command], stdout=said, stderr=subprocess.STDOUT, preexec_fn=limits)
+        child = subprocess.Popen(
+            [str(word) for word in command], stdout=said, stderr=subprocess.STDOUT, preexec_fn=limits
+        )
         _, status, usage = os.wait4(child.pid, 0)
         child.returncode = 0  # already waited for, by wait4
     seconds = time.monotonic() - start
@@ -110,7 +124,13 @@ def main():
         wrong = fault(expected, frames, code, peak, lines, wrote)
         failed += bool(wrong)
         said = lines[0].replace(str(FOLDER), "") if lines else ""
-        print(f"{name:<30} {expected:<8} {seconds:8.1f} {peak:8.0f}  {'FAILED ' + wrong + ': ' if wrong else ''}{said[:150]}", flush=True)
+        print(
+            (
+                f"{name:<30} {expected:<8} {seconds:8.1f} {peak:8.0f} "
+                f" {'FAILED ' + wrong + ': ' if wrong else ''}{said[:150]}"
+            ),
+            flush=True,
+        )
     print(f"{len(CASES) - failed} passed, {failed} failed")
     return 1 if failed else 0
 

@@ -18,9 +18,24 @@ sys.path.insert(0, str(FOLDER))
 import draw  # noqa: E402, from the folder above
 import measure  # noqa: E402
 
-MACHINE = {"date": "2026-01-31", "cpu": "a cpu", "cores": 2, "isa": "avx2", "lanes": 8, "compiler": "g++", "flags": "-O3"}
+MACHINE = {
+    "date": "2026-01-31",
+    "cpu": "a cpu",
+    "cores": 2,
+    "isa": "avx2",
+    "lanes": 8,
+    "compiler": "g++",
+    "flags": "-O3",
+}
 MACHINE |= {"commit": "abc1234", "omp": {"version": 201511}}
-SHARES = {"work": 0.5, "serial": 0.1, "together": 0.1, "locks": 0.1, "dispatch": 0.1, "waiting": 0.05}  # the remaining 0.05 is memory
+SHARES = {
+    "work": 0.5,
+    "serial": 0.1,
+    "together": 0.1,
+    "locks": 0.1,
+    "dispatch": 0.1,
+    "waiting": 0.05,
+}  # the remaining 0.05 is memory
 
 # kernel, form, scene: the rows that the figures need.
 KERNELS = [
@@ -51,7 +66,12 @@ def reports(threads=(1, 2)):
 
     counts = sorted({*threads, 64})
     bench, scale = [], []
-    times = [("serial", 1, 80.0), ("serial_twin", 1, 90.0), ("openmp", 1, 10.0), *(("openmp", t, 11.0 / t) for t in threads[1:])]
+    times = [
+        ("serial", 1, 80.0),
+        ("serial_twin", 1, 90.0),
+        ("openmp", 1, 10.0),
+        *(("openmp", t, 11.0 / t) for t in threads[1:]),
+    ]
     for k, (kernel, form, scene) in enumerate(KERNELS):
         named = {"kernel": kernel, "form": form, "scene": scene}
         for variant, count, base in times:
@@ -59,7 +79,9 @@ def reports(threads=(1, 2)):
             row = named | {"variant": variant, "threads": count, "lanes": 8 if variant == "openmp" else 1, "ms": ms}
             row |= {"spread": 0.1, "whole_cores": True}
             flops = 0.0 if kernel == "rigid/match_contacts" else 1e6 * (k + 1)
-            bench.append(row | {"items": 1000.0, "unit": "bodies", "items_per_s": 1e6 / ms, "bytes": 1e6, "flops": flops})
+            bench.append(
+                row | {"items": 1000.0, "unit": "bodies", "items_per_s": 1e6 / ms, "bytes": 1e6, "flops": flops}
+            )
         scale += [named | modelled(cores, (10.0 + k) / cores, 11.0 / cores) for cores in counts]
 
     cloth = [
@@ -70,7 +92,9 @@ def reports(threads=(1, 2)):
     ]
 
     both = {"fast_marching": 300.0, "fast_sweeping": 100.0}
-    levelset = [{"scene": "s", "algorithm": a, "blocks": 1, "variant": "serial", "measured_ms": ms} for a, ms in both.items()]
+    levelset = [
+        {"scene": "s", "algorithm": a, "blocks": 1, "variant": "serial", "measured_ms": ms} for a, ms in both.items()
+    ]
     for blocks in (1, 8):
         for cores in counts:
             for algorithm, ms in both.items():
@@ -79,19 +103,30 @@ def reports(threads=(1, 2)):
                 levelset.append(row | modelled(cores, ms / min(blocks, cores), ms / min(blocks, cores) + 1))
 
     serial = {"original": 120.0, "batches": 130.0}
-    contacts = [{"scene": "pyramid_24", "form": form, "variant": "serial", "measured_ms": ms} for form, ms in serial.items()]
+    contacts = [
+        {"scene": "pyramid_24", "form": form, "variant": "serial", "measured_ms": ms} for form, ms in serial.items()
+    ]
     for cores in counts:
         for form, ms in (("original", 30.0), ("batches", 20.0), ("reorder", 2.0)):
-            contacts.append({"scene": "pyramid_24", "form": form, "variant": "openmp"} | modelled(cores, ms / cores, ms / cores + 0.5))
-    contacts += [{"scene": "pyramid_24", "variant": "batch_size", "batch": k, "contacts": 100 - 40 * k} for k in range(3)]
+            contacts.append(
+                {"scene": "pyramid_24", "form": form, "variant": "openmp"}
+                | modelled(cores, ms / cores, ms / cores + 0.5)
+            )
+    contacts += [
+        {"scene": "pyramid_24", "variant": "batch_size", "batch": k, "contacts": 100 - 40 * k} for k in range(3)
+    ]
 
-    slice_ = [{"x": x, "y": y, "distance": 0.1 * (x - 1.5), "error_in_spacings": 0.01 * y} for y in range(4) for x in range(4)]
+    slice_ = [
+        {"x": x, "y": y, "distance": 0.1 * (x - 1.5), "error_in_spacings": 0.01 * y} for y in range(4) for x in range(4)
+    ]
     with_costs = {"scale": scale, "cloth_convergence": cloth, "levelset_blocks": levelset, "levelset_slice": slice_}
     with_costs["contact_batches"] = contacts
     costs = {"costs": {"lock_moved_ns": 6.2, "memory_gb_per_s": 40.0}}
     peaks = {"peaks": [{"threads": t, "triad_gb_per_s": 20.0 * t, "fma_gflop_per_s": 100.0 * t} for t in threads]}
     found = {"bench": {"quick": False, "machine": MACHINE | peaks, "rows": bench}}
-    return found | {name: {"quick": False, "machine": MACHINE | costs, "rows": rows} for name, rows in with_costs.items()}
+    return found | {
+        name: {"quick": False, "machine": MACHINE | costs, "rows": rows} for name, rows in with_costs.items()
+    }
 
 
 def write(reports_, folder):
@@ -181,7 +216,8 @@ class Figures(unittest.TestCase):
                 self.assertIn(f"<td>{row['from']}</td>", self.index)
 
     def test_validation_counts_what_is_within_the_band(self):
-        # Of kernel k, at 2 threads, modelled is (10 + k) / 2 and measured 5.5: off by (k - 1) / 11. Kernels 0, 1 and 2 are within 10 %.
+        # Of kernel k, at 2 threads, modelled is (10 + k) / 2 and measured 5.5: off by (k - 1) / 11. Kernels 0, 1 and 2
+        # are within 10 %.
         self.assertIn(f"3 of {len(KERNELS)} within 10\N{NO-BREAK SPACE}%", self.index)
 
     def test_batches_over_serial(self):
@@ -217,7 +253,9 @@ class Figures(unittest.TestCase):
         row = self.row("cloth_convergence", scene="rope", form="colours", iterations=5)
         self.assertEqual((float(row["times_the_original"]), row["at_least"]), (1, "True"))
         # Chains at 80 are below the whole curve of the original order.
-        self.assertEqual(self.row("cloth_convergence", scene="rope", form="chains", iterations=80)["times_the_original"], "")
+        self.assertEqual(
+            self.row("cloth_convergence", scene="rope", form="chains", iterations=80)["times_the_original"], ""
+        )
 
     def test_kernels_without_flops_are_named(self):
         self.assertIn("left out: rigid/match_contacts.", self.index)
@@ -235,7 +273,12 @@ class Figures(unittest.TestCase):
                 self.assertEqual({r["threads"] for r in rows_in(folder, "modules")}, {str(most)})
                 self.assertEqual({r["threads"] for r in rows_in(folder, "frame_times")}, {"1", str(most)})
                 self.assertEqual({r["cores"] for r in rows_in(folder, "model_validation")}, {str(t) for t in threads})
-                for beginning in (f"{words}: rigid body step ", f"{words}: owner_gather ", f"{words} over serial: ", f"{words}: marching "):
+                for beginning in (
+                    f"{words}: rigid body step ",
+                    f"{words}: owner_gather ",
+                    f"{words} over serial: ",
+                    f"{words}: marching ",
+                ):
                     self.assertIn(f"<td>{beginning}", index)
                 self.assertRegex(index, f"{words} [0-9.]+ GFLOP/s")  # of the roofline
                 self.assertNotIn("<td>2 threads", index)
@@ -258,7 +301,13 @@ class Figures(unittest.TestCase):
                 r |= {"whole_cores": False, "spread": None}
         with drawn(disturbed) as folder:
             index = (folder / "index.html").read_text()
-            for name, count in {"scalability": 1, "sph_locks": 4, "frame_times": 1, "modules": 1, "roofline": 5}.items():
+            for name, count in {
+                "scalability": 1,
+                "sph_locks": 4,
+                "frame_times": 1,
+                "modules": 1,
+                "roofline": 5,
+            }.items():
                 section = index[index.index(f"<section id='{name}'>") :].split("</section>")[0]
                 self.assertIn(f"Hollow grey: {count} of the measured values", section)
                 flagged = [r for r in rows_in(folder, name) if r["whole_cores"] == "False"]
@@ -295,7 +344,17 @@ class Figures(unittest.TestCase):
 
         options = argparse.Namespace(threads="1,2", quick=False, resume=True)
         found = measure.commands("lockstep", pathlib.Path("f"), measure.needed(draw.chosen("sph_locks")), options)
-        bench = ["lockstep", "bench", "--kernel", "fluid/step", "--threads", "1,2", "--resume", "--json", "f/bench.json"]
+        bench = [
+            "lockstep",
+            "bench",
+            "--kernel",
+            "fluid/step",
+            "--threads",
+            "1,2",
+            "--resume",
+            "--json",
+            "f/bench.json",
+        ]
         scale = ["lockstep", "scale", "--kernel", "fluid/step", "--resume", "--json", "f/scale.json"]
         self.assertEqual([[str(word) for word in command] for command in found], [bench, scale])
 
@@ -310,7 +369,9 @@ class Figures(unittest.TestCase):
                 self.assertEqual(len(result.stderr.splitlines()), 1)
                 self.assertFalse((folder / "index.html").exists())
 
-        refused({name: report for name, report in self.reports.items() if name != "scale"}, "scale.json: cannot be read")
+        refused(
+            {name: report for name, report in self.reports.items() if name != "scale"}, "scale.json: cannot be read"
+        )
         bench = self.reports["bench"]
         fewer = bench | {"rows": [r for r in bench["rows"] if r["kernel"] != "rigid/box_box"]}
         refused(self.reports | {"bench": fewer}, "bench.json: no row with kernel 'rigid/box_box'")

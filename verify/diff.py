@@ -2,8 +2,8 @@
 own file.
 
 `make diff KERNEL=fluid/forces FORM=cell_locks` calls it. The serial side shows the form of the same name, or else the
-kernel's first. A form's function is named after kernel and form (forces_cell_locks) or after the form alone (axpy). Forms
-without such a function share those that begin with the kernel's name. A function of rigid/ may stand in spatial/.
+kernel's first. A form's function is named after kernel and form (forces_cell_locks) or after the form alone (axpy).
+Forms without such a function share those that begin with the kernel's name. A function of rigid/ may stand in spatial/.
 Exit code 2 if there is no such kernel or form.
 """
 
@@ -63,7 +63,10 @@ def main():
     rows = {row["form"]: row for row in rows if row["kernel"] == kernel}
     own = [name for name, row in rows.items() if name and not row["covered_by"]]
     if form not in own:
-        print(f"make diff: FORM={form} of {kernel}, expected " + (f"one of: {', '.join(own)}" if own else "none"), file=sys.stderr)
+        print(
+            f"make diff: FORM={form} of {kernel}, expected " + (f"one of: {', '.join(own)}" if own else "none"),
+            file=sys.stderr,
+        )
         return 2
     serial_forms = rows[form]["serial_forms"]
     with tempfile.TemporaryDirectory() as folder:

@@ -35,9 +35,14 @@ def main():
     for (kernel, form), of_scene in hashes.items():
         wrong = [scene for scene, found in of_scene.items() if len(found) > 1]
         differ += len(wrong)
-        print(f"{kernel:<19} {form:<25} {len(of_scene):6} {rows[kernel, form]:5}  {'DIFFER on ' + ', '.join(wrong) if wrong else 'same bits'}")
+        print(
+            f"{kernel:<19} {form:<25} {len(of_scene):6} {rows[kernel, form]:5} "
+            f" {'DIFFER on ' + ', '.join(wrong) if wrong else 'same bits'}"
+        )
     scenes = sum(map(len, hashes.values()))
-    print(f"{scenes - differ} passed, {differ} failed" + (f"; {failed} rows of the reports had failed" if failed else ""))
+    print(
+        f"{scenes - differ} passed, {differ} failed" + (f"; {failed} rows of the reports had failed" if failed else "")
+    )
     return 1 if differ or failed or not scenes or len(options.reports) < 2 else 0
 
 

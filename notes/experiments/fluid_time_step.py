@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""How fine the fixed time step lets the game fluid be: prints the table of notes/fluid.md. From the repository, once it is built,
-/usr/bin/python3 notes/experiments/fluid_time_step.py
+"""How fine the fixed time step lets the game fluid be: prints the table of notes/fluid.md. From the repository, once it
+is built, /usr/bin/python3 notes/experiments/fluid_time_step.py
 
-A cube of 16^3 particles that nothing holds settles, at 470 a metre. About where it settled the step is linear, and a power iteration finds by which
-factor a motion grows in it. Distances scale as 1/n and the linear forces as n^2, so the same cube says what happens at other n particles a metre.
-Beside that stands what `lockstep run` makes of a cube of that n.
+A cube of 16^3 particles that nothing holds settles, at 470 a metre. About where it settled the step is linear, and a
+power iteration finds by which factor a motion grows in it. Distances scale as 1/n and the linear forces as n^2, so the
+same cube says what happens at other n particles a metre. Beside that stands what `lockstep run` makes of a cube of that
+n.
 """
 
 import pathlib
@@ -57,7 +58,9 @@ class Linear:
         overlap = h - self.distance
         # Pressure is zero here, the density being the rest density: what changes it is the change of densities alone.
         self.density_gradient = -6 * density_coefficient * (h * h - self.distance**2)[:, None] ** 2 * self.apart
-        self.pressure = (3 * 15 / (np.pi * h**6) * 0.5 * 3 * mass * overlap**2 / (self.distance * density**2))[:, None] * self.apart
+        self.pressure = (3 * 15 / (np.pi * h**6) * 0.5 * 3 * mass * overlap**2 / (self.distance * density**2))[
+            :, None
+        ] * self.apart
         self.viscosity = (0.4 * 45 / (np.pi * h**6) * mass * overlap / density**2)[:, None]
 
     def sum(self, pairs):
@@ -104,9 +107,15 @@ def main():
     start = np.random.default_rng(1).normal(size=(linear.count, 3))
     nearest = np.full(linear.count, np.inf)
     np.minimum.at(nearest, linear.i, linear.distance)
-    print(f"settled at {SETTLED} a metre: densities within {np.abs(linear.density / REST_DENSITY - 1).max():.1e} of the rest density,")
+    print(
+        f"settled at {SETTLED} a metre: densities within {np.abs(linear.density / REST_DENSITY - 1).max():.1e} of the"
+        " rest density,"
+    )
     print(f"nearest neighbours at {np.median(nearest) * SETTLED:.2f} of the lattice's spacing,")
-    print(f"greatest (w dt)^2 {greatest(linear.push, start) * TIME_STEP**2:.2f}, l dt {greatest(linear.drag, start) * TIME_STEP:.2f}")
+    print(
+        f"greatest (w dt)^2 {greatest(linear.push, start) * TIME_STEP**2:.2f}, l dt"
+        f" {greatest(linear.drag, start) * TIME_STEP:.2f}"
+    )
     print(f"{'a metre':>8} {'growth a step':>14} {'speed after 600':>16} {'after 3000 steps, rms, m/s':>27}")
     for n in (470, 500, 520, 540, 560, 600, 640, 700, 800):
         ends = [run(n, steps) for steps in (600, 3000)]

@@ -8,7 +8,10 @@ import style
 
 TITLE = "Game cloth: what the order of the constraints costs"
 PAPER_FIGURE = "[LRB08], on Figure 11"
-PAPER = "Passes that can run in parallel converge never more than two times slower than the original order. The paper gives no curves."
+PAPER = (
+    "Passes that can run in parallel converge never more than two times slower than the original order. The paper gives"
+    " no curves."
+)
 REPORTS = {"cloth_convergence": None}
 BOUND = 2
 SERIES = {"original": 3, "chains": 0, "colours": 1, "batches": 2}
@@ -41,7 +44,11 @@ def table(data):
                 match = needed(curve["original"], r["residual"]) if form != "original" else None
                 if match:
                     iterations, at_most, around = match
-                    row |= {"original_needs": iterations, "times_the_original": r["iterations"] / iterations, "at_least": at_most}
+                    row |= {
+                        "original_needs": iterations,
+                        "times_the_original": r["iterations"] / iterations,
+                        "at_least": at_most,
+                    }
                     sources += around
                 rows.append(row | {"from": source.references(*sources)})
     return rows
@@ -78,11 +85,12 @@ def in_short(rows):
 def here(rows):
     slower = [r for r in worst(rows).values() if r["times_the_original"] > BOUND]
     paragraphs = [
-        "Above: the residual, which is the root mean square of the constraints' strain. flag_33, sheet_on_sphere and rope: its "
-        "average in a moving cloth with n iterations a substep. pulled_edge: after n iterations of one relaxation, from a sheet with "
-        "an edge pulled by 10 %. Below: the iterations of an order divided by those of the original order at the same residual, "
-        "interpolated between its points. An arrow means that the first point of the original order is already below that "
-        "residual, so the ratio is a lower bound. There is no ratio where an order gets below the last point of the original one."
+        "Above: the residual, which is the root mean square of the constraints' strain. flag_33, sheet_on_sphere and"
+        " rope: its average in a moving cloth with n iterations a substep. pulled_edge: after n iterations of one"
+        " relaxation, from a sheet with an edge pulled by 10 %. Below: the iterations of an order divided by those of"
+        " the original order at the same residual, interpolated between its points. An arrow means that the first point"
+        " of the original order is already below that residual, so the ratio is a lower bound. There is no ratio where"
+        " an order gets below the last point of the original one."
     ]
     if not slower:
         return [*paragraphs, f"The paper's bound of {BOUND} holds in all."]
@@ -90,13 +98,13 @@ def here(rows):
     paragraphs.append(f"The paper's bound of {BOUND} is broken by {broken}. Everywhere else it holds.")
     if any(r["scene"] == "pulled_edge" for r in slower):
         paragraphs.append(
-            "Reason on pulled_edge: independent constraints propagate a correction by one or two particles an iteration; the "
-            "original order propagates it across the sheet (notes/cloth.md)."
+            "Reason on pulled_edge: independent constraints propagate a correction by one or two particles an"
+            " iteration; the original order propagates it across the sheet (notes/cloth.md)."
         )
     if any(r["scene"] == "sheet_on_sphere" for r in slower):
         paragraphs.append(
-            "Reason on sheet_on_sphere: the sphere strains the sheet, and beyond some 50 iterations no order reduces the residual. "
-            "On a curve that is so flat, a small difference of residuals equals many iterations."
+            "Reason on sheet_on_sphere: the sphere strains the sheet, and beyond some 50 iterations no order reduces"
+            " the residual. On a curve that is so flat, a small difference of residuals equals many iterations."
         )
     if any(r["scene"] == "rope" for r in slower):
         paragraphs.append("Reason on rope: it starts folded, and a fold may last for the whole run (notes/cloth.md).")
@@ -104,14 +112,23 @@ def here(rows):
 
 
 def details(rows):
-    header = ["scene", "order", "at worst, times the iterations of the original order", "iterations", "original order", "residual"]
+    header = [
+        "scene",
+        "order",
+        "at worst, times the iterations of the original order",
+        "iterations",
+        "original order",
+        "residual",
+    ]
     found = worst(rows)
     cells = [
         [*name, times(r), r["iterations"], ("at most " if r["at_least"] else "") + page.number(r["original_needs"])]
         + [page.number(r["residual"])]
         for name, r in found.items()
     ]
-    return page.table(header, cells, marked=[i for i, r in enumerate(found.values()) if r["times_the_original"] > BOUND])
+    return page.table(
+        header, cells, marked=[i for i, r in enumerate(found.values()) if r["times_the_original"] > BOUND]
+    )
 
 
 def draw(rows):
@@ -123,7 +140,9 @@ def draw(rows):
             own = [r for r in rows if r["scene"] == scene and r["form"] == form]
             style.measured(residual, [r["iterations"] for r in own], [r["residual"] for r in own], series)
             matched = [r for r in own if "times_the_original" in r]
-            style.measured(ratio, [r["iterations"] for r in matched], [r["times_the_original"] for r in matched], series)
+            style.measured(
+                ratio, [r["iterations"] for r in matched], [r["times_the_original"] for r in matched], series
+            )
             bounds = [r for r in matched if r["at_least"]]
             style.arrows_up(ratio, [r["iterations"] for r in bounds], [r["times_the_original"] for r in bounds], series)
         for bound in (1, BOUND):

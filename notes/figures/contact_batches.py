@@ -7,8 +7,8 @@ import style
 TITLE = "Contact solver: contacts reordered into batches"
 PAPER_FIGURE = "[ITJ07] Figure 5"
 PAPER = (
-    "With contacts in their original order the solver is at most 4 times faster on 64 cores than serial; reordered into batches without "
-    "conflicts, 35 times, with the time to reorder. Simulated; the paper does not mention lanes."
+    "With contacts in their original order the solver is at most 4 times faster on 64 cores than serial; reordered into"
+    " batches without conflicts, 35 times, with the time to reorder. Simulated; the paper does not mention lanes."
 )
 REPORTS = {"contact_batches": None}
 PAPER_AT_64 = {"original": 4, "batches": 35}
@@ -32,7 +32,9 @@ def table(data):
                         | {"from": source.references(serial, timed[0], r)}
                     )
         for r in source.rows_of(data, "contact_batches", scene=scene, variant="batch_size"):
-            rows.append({"scene": scene, "kind": "batch", "batch": r["batch"], "contacts": r["contacts"], "from": r["from"]})
+            rows.append(
+                {"scene": scene, "kind": "batch", "batch": r["batch"], "contacts": r["contacts"], "from": r["from"]}
+            )
     return rows
 
 
@@ -54,8 +56,10 @@ def in_short(rows):
     return {
         "paper": "35x reordered, 4x in the original order, 64 cores over serial",
         "measured": f"{page.threads(measured)} over serial: {of_all_scenes(rows, 'measured', measured, 'over_serial')}",
-        "modelled": f"{most} cores over serial: {of_all_scenes(rows, 'modelled', most, 'over_serial')}; "
-        f"over one core: {of_all_scenes(rows, 'modelled', most, 'over_one_core')}",
+        "modelled": (
+            f"{most} cores over serial: {of_all_scenes(rows, 'modelled', most, 'over_serial')}; "
+            f"over one core: {of_all_scenes(rows, 'modelled', most, 'over_one_core')}"
+        ),
         "scene": ", ".join(scenes_of(rows)),
     }
 
@@ -63,10 +67,11 @@ def in_short(rows):
 def here(rows):
     most = source.most_cores(rows)
     paragraphs = [
-        "Settled scenes, ten substeps. Above: speed-up over the scalar serial solver in the original order, by lanes and threads "
-        "together; this is the paper's measure. Middle: speed-up over the same code on one core, by threads alone. The original "
-        "order runs in parallel as far as its dependences allow, and keeps its bits. Batches include the time to make them. Below: "
-        "contacts in each batch; a vector holds sixteen. Times are the least disturbed of the repeats."
+        "Settled scenes, ten substeps. Above: speed-up over the scalar serial solver in the original order, by lanes"
+        " and threads together; this is the paper's measure. Middle: speed-up over the same code on one core, by"
+        " threads alone. The original order runs in parallel as far as its dependences allow, and keeps its bits."
+        " Batches include the time to make them. Below: contacts in each batch; a vector holds sixteen. Times are the"
+        " least disturbed of the repeats."
     ]
     for scene in scenes_of(rows):
         batches = source.at(rows, scene=scene, form="batches", kind="modelled", cores=most)
@@ -75,10 +80,11 @@ def here(rows):
         reached = "reached" if batches["over_serial"] >= PAPER_AT_64["batches"] else "not reached"
         alone = "reached" if batches["over_one_core"] >= PAPER_AT_64["batches"] else "not reached"
         paragraphs.append(
-            f"{scene}: at {most} cores batches are {batches['over_serial']:.1f} times faster than serial (35 {reached}) and "
-            f"{batches['over_one_core']:.1f} times faster than on one core (35 {alone}), the original order {original['over_serial']:.1f} "
-            f"and {original['over_one_core']:.1f} times (paper: 4); {100 * reorder['ms'] / batches['ms']:.0f} % of the time makes the "
-            f"batches. What the cores lose: {source.losses(batches)}."
+            f"{scene}: at {most} cores batches are {batches['over_serial']:.1f} times faster than serial (35 {reached})"
+            f" and {batches['over_one_core']:.1f} times faster than on one core (35 {alone}), the original order"
+            f" {original['over_serial']:.1f} and {original['over_one_core']:.1f} times (paper: 4);"
+            f" {100 * reorder['ms'] / batches['ms']:.0f} % of the time makes the batches. What the cores lose:"
+            f" {source.losses(batches)}."
         )
     return paragraphs
 

@@ -1,4 +1,4 @@
-"""Draws figures, and an index page: draw.py FOLDER [FIGURE], where measure.py left the JSON. Without a name, every figure.
+"""Draws figures, and an index page: draw.py FOLDER [FIGURE], where measure.py left the JSON. Without a name, all.
 
 A figure is a module beside this one, named in FIGURES, with
     TITLE, PAPER_FIGURE, PAPER   the paper's figure and its content
@@ -45,12 +45,16 @@ table { border-collapse: collapse; font-size: 12px; line-height: 1.3; margin: .8
 th, td { border: 1px solid #bbb; padding: 2px 6px; text-align: left; vertical-align: top; }
 th { background: #eee; } tr.off td { font-weight: bold; background: #f6e3d8; }
 tr { break-inside: avoid; } thead { display: table-header-group; }
-.rough { font-weight: bold; color: #8a3d00; } figure { margin: 0; break-inside: avoid; } .source { font-size: 12px; color: #444; max-width: none; }
+.rough { font-weight: bold; color: #8a3d00; } figure { margin: 0; break-inside: avoid; }
+.source { font-size: 12px; color: #444; max-width: none; }
 @page { size: A4 landscape; margin: 10mm; }
 @media print {
-  body { max-width: none; margin: 0; padding: 0; font-size: 9pt; line-height: 1.3; } p, ul { max-width: none; } table { font-size: 7pt; }
-  section { break-before: page; } h2 { margin-top: 0; break-after: avoid; } img { max-height: 105mm; } .source { break-before: avoid; }
-  a { color: inherit; text-decoration: none; } th, tr.off td { -webkit-print-color-adjust: exact; print-color-adjust: exact; }
+  body { max-width: none; margin: 0; padding: 0; font-size: 9pt; line-height: 1.3; }
+  p, ul { max-width: none; } table { font-size: 7pt; }
+  section { break-before: page; } h2 { margin-top: 0; break-after: avoid; }
+  img { max-height: 105mm; } .source { break-before: avoid; }
+  a { color: inherit; text-decoration: none; }
+  th, tr.off td { -webkit-print-color-adjust: exact; print-color-adjust: exact; }
 }
 """
 
@@ -92,11 +96,25 @@ def rough(data, names):
 def disturbed(rows):
     """How many rows never had whole cores, in words; "" if none."""
     count = sum(r.get("whole_cores") is False for r in rows)
-    return f"Hollow grey: {count} of the measured values never had whole cores; other programs took a part." if count else ""
+    return (
+        f"Hollow grey: {count} of the measured values never had whole cores; other programs took a part."
+        if count
+        else ""
+    )
 
 
 def index_table(data, tables, figures):
-    header = ["figure", "paper's figure", "paper's numbers", "measured here", "modelled here", "scene", "machine", "date", "commit"]
+    header = [
+        "figure",
+        "paper's figure",
+        "paper's numbers",
+        "measured here",
+        "modelled here",
+        "scene",
+        "machine",
+        "date",
+        "commit",
+    ]
     rows = []
     for name, figure in figures.items():
         short = figure.in_short(tables[name])
@@ -115,10 +133,10 @@ def section(data, name, figure, rows, svg):
     warning = " ".join(filter(None, (rough(data, files_behind(rows)), disturbed(rows))))
     caption = f"<figcaption class='rough'>{html.escape(warning)}</figcaption>" if warning else ""
     return (
-        f"<section id='{name}'>\n<h2>{title}</h2>\n<figure><img src='data:image/svg+xml;base64,{image}' alt='{title}'>{caption}</figure>\n"
-        f"<p><b>The paper</b> ({paper_figure}): {paper}</p>\n<p><b>Here:</b> {first}</p>\n{points}{details}"
-        f"<p class='source'>Numbers: <a href='{name}.csv'>{name}.csv</a>, computed from {behind}; script: notes/figures/{name}.py; "
-        f"{html.escape('; '.join(stamp(data, rows)))}</p>\n</section>\n"
+        f"<section id='{name}'>\n<h2>{title}</h2>\n<figure><img src='data:image/svg+xml;base64,{image}'"
+        f" alt='{title}'>{caption}</figure>\n<p><b>The paper</b> ({paper_figure}): {paper}</p>\n<p><b>Here:</b>"
+        f" {first}</p>\n{points}{details}<p class='source'>Numbers: <a href='{name}.csv'>{name}.csv</a>, computed from"
+        f" {behind}; script: notes/figures/{name}.py; {html.escape('; '.join(stamp(data, rows)))}</p>\n</section>\n"
     )
 
 
@@ -142,7 +160,9 @@ def machine_section(data):
     agreed = [what for what in every if len({found.get(what) for found in facts.values()}) == 1]
     found_by = {}
     for name, found in facts.items():
-        found_by.setdefault(tuple(found.get(what, "–") for what in every if what not in agreed), []).append(f"{name}.json")
+        found_by.setdefault(tuple(found.get(what, "–") for what in every if what not in agreed), []).append(
+            f"{name}.json"
+        )
     rest = [[what, *values] for what, values in zip((what for what in every if what not in agreed), zip(*found_by))]
     return (
         "<section id='machine'>\n<h2>The machine, and what things cost on it</h2>\n"
@@ -186,11 +206,13 @@ def main(folder, name=None):
         "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'><title>Lockstep: figures</title>\n"
         f"<style>{STYLE}</style></head><body>\n<h1>Lockstep: the papers' figures</h1>\n"
         + (f"<p class='rough'>{html.escape(warning)}</p>\n" if warning else "")
-        + "<p>[ITJ07]: <i>High-Performance Physical Simulations on Next-Generation Architecture with Many Cores</i>, Intel Technology "
-        "Journal 11(3), 2007. [LRB08]: <i>Game Physics Performance on the Larrabee Architecture</i>, 2008. Their speed-ups come "
-        "from a simulator. Here <b>measured</b> values are times on this machine: filled markers, solid lines and, where the repeats "
-        "are in the report, bars of their interquartile range. <b>Modelled</b> values come from the scaling model (notes/scaling.md): "
-        "hollow markers and dashed lines. Measured values that never had whole cores are hollow and grey. Each row of a figure's CSV names the rows of the JSON that it was computed from.</p>\n"
+        + "<p>[ITJ07]: <i>High-Performance Physical Simulations on Next-Generation Architecture with Many Cores</i>,"
+        " Intel Technology Journal 11(3), 2007. [LRB08]: <i>Game Physics Performance on the Larrabee Architecture</i>,"
+        " 2008. Their speed-ups come from a simulator. Here <b>measured</b> values are times on this machine: filled"
+        " markers, solid lines and, where the repeats are in the report, bars of their interquartile range."
+        " <b>Modelled</b> values come from the scaling model (notes/scaling.md): hollow markers and dashed lines."
+        " Measured values that never had whole cores are hollow and grey. Each row of a figure's CSV names the rows of"
+        " the JSON that it was computed from.</p>\n"
         f"{summary}{index_table(data, tables, figures)}{''.join(sections)}{machine_section(data)}</body></html>\n"
     )
     index.write_text(text.replace(" %", "\N{NO-BREAK SPACE}%"))

@@ -7,8 +7,9 @@ import style
 TITLE = "Time a frame, by application"
 PAPER_FIGURE = "[ITJ07] Parallelization Methodology"
 PAPER = (
-    "Serial seconds a frame on a 4-way 3.0 GHz Xeon: production fluid 188, face 14, production cloth 5; game rigid body 1, game fluid "
-    "0.4, game cloth 0.1, on scenes of high complexity; their sizes are not given. The target is 30 frames a second."
+    "Serial seconds a frame on a 4-way 3.0 GHz Xeon: production fluid 188, face 14, production cloth 5; game rigid body"
+    " 1, game fluid 0.4, game cloth 0.1, on scenes of high complexity; their sizes are not given. The target is 30"
+    " frames a second."
 )
 PRODUCTION_MS = {"production fluid": 188e3, "production face": 14e3, "production cloth": 5e3}
 GAMES = [
@@ -28,7 +29,13 @@ def table(data):
         for variant, threads in variants:
             r = source.row_of(data, "bench", kernel=kernel, form=form, scene=scene, variant=variant, threads=threads)
             rows.append(
-                {"application": application, "paper_serial_ms": paper_ms, "kernel": kernel, "form": form, "scene": scene}
+                {
+                    "application": application,
+                    "paper_serial_ms": paper_ms,
+                    "kernel": kernel,
+                    "form": form,
+                    "scene": scene,
+                }
                 | {"items": r["items"], "unit": r["unit"], "variant": variant, "threads": threads}
                 | {"ms": r["ms"], "spread": r["spread"]}
                 | source.whole_cores(r)
@@ -38,7 +45,11 @@ def table(data):
 
 
 def scene_words(r):
-    return f"{r['scene']} ({r['items']:,.0f} {r['unit']} a frame)" if r["unit"] != "bodies" else f"{r['scene']} ({r['items']:,.0f} bodies)"
+    return (
+        f"{r['scene']} ({r['items']:,.0f} {r['unit']} a frame)"
+        if r["unit"] != "bodies"
+        else f"{r['scene']} ({r['items']:,.0f} bodies)"
+    )
 
 
 def in_short(rows):
@@ -58,9 +69,10 @@ def in_short(rows):
 def here(rows):
     games = "; ".join(dict.fromkeys(f"{r['application']}: {r['kernel']} {r['form']}, {scene_words(r)}" for r in rows))
     return [
-        f"{games}. A frame is one step. Times are medians of the repeats; bars are interquartile ranges. The production applications (fluid, face, "
-        "cloth) are not in this repository, so their times have no counterpart here. The papers' scenes are not published and their "
-        "machine is some twenty years older. A ratio between their times and ours has therefore no meaning."
+        f"{games}. A frame is one step. Times are medians of the repeats; bars are interquartile ranges. The production"
+        " applications (fluid, face, cloth) are not in this repository, so their times have no counterpart here. The"
+        " papers' scenes are not published and their machine is some twenty years older. A ratio between their times"
+        " and ours has therefore no meaning."
     ]
 
 
@@ -69,8 +81,18 @@ def draw(rows):
     most = max(r["threads"] for r in rows)
     looks = {
         ("serial", 1): {"color": style.COLOURS[3], "label": "here, serial"},
-        ("openmp", most): {"color": style.COLOURS[0], "hatch": "...", "edgecolor": "white", "label": f"here, openmp, {page.threads(most)}"},
-        ("openmp", 1): {"color": style.COLOURS[6], "hatch": "///", "edgecolor": "white", "label": "here, openmp, 1 thread"},
+        ("openmp", most): {
+            "color": style.COLOURS[0],
+            "hatch": "...",
+            "edgecolor": "white",
+            "label": f"here, openmp, {page.threads(most)}",
+        },
+        ("openmp", 1): {
+            "color": style.COLOURS[6],
+            "hatch": "///",
+            "edgecolor": "white",
+            "label": "here, openmp, 1 thread",
+        },
     }
     paper = {"facecolor": "white", "edgecolor": "#555555"}
     names, place = [], 0
@@ -90,11 +112,20 @@ def draw(rows):
         place += 0.8
     for application, ms in PRODUCTION_MS.items():
         names.append((place, f"{application}\n(not implemented here)"))
-        axis.barh(place, ms, height=0.9, label="[ITJ07], serial" if application == "production fluid" else None, **paper)
+        axis.barh(
+            place, ms, height=0.9, label="[ITJ07], serial" if application == "production fluid" else None, **paper
+        )
         style.beside(axis, page.number(ms / 1000, "s"), ms, place)
         place += 1.8
     axis.axvline(REAL_TIME_MS, linestyle="--", **style.BOUND)
-    axis.annotate("30 frames a second", (REAL_TIME_MS, place - 0.6), xytext=(3, 0), textcoords="offset points", fontsize=7, color="#555555")
+    axis.annotate(
+        "30 frames a second",
+        (REAL_TIME_MS, place - 0.6),
+        xytext=(3, 0),
+        textcoords="offset points",
+        fontsize=7,
+        color="#555555",
+    )
     style.log_x(axis, "time a frame, ms")
     axis.set_xlim(min(r["ms"] for r in rows) / 3, 8e5)
     axis.set_yticks(*zip(*names))

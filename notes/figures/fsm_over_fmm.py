@@ -7,8 +7,8 @@ import style
 TITLE = "Level set: fast sweeping relative to fast marching, in blocks"
 PAPER_FIGURE = "[ITJ07] Figure 9"
 PAPER = (
-    "Serial sweeping takes 30 % longer than serial marching. In blocks padded by the band, marching is ahead up to 16 cores and sweeping "
-    "beyond, by 2 at 64; marching reaches a speed-up of 21 there, sweeping 55. Simulated."
+    "Serial sweeping takes 30 % longer than serial marching. In blocks padded by the band, marching is ahead up to 16"
+    " cores and sweeping beyond, by 2 at 64; marching reaches a speed-up of 21 there, sweeping 55. Simulated."
 )
 REPORTS = {"levelset_blocks": None}
 NAMES = {"fast_marching": "marching", "fast_sweeping": "sweeping"}
@@ -22,13 +22,28 @@ def table(data):
     serial = {a: source.row_of(data, "levelset_blocks", algorithm=a, variant="serial") for a in NAMES}
     for algorithm in NAMES:
         own = serial[algorithm]
-        rows.append({"kind": "serial", "algorithm": algorithm, "scene": own["scene"], "ms": own["measured_ms"], "from": own["from"]})
+        rows.append(
+            {
+                "kind": "serial",
+                "algorithm": algorithm,
+                "scene": own["scene"],
+                "ms": own["measured_ms"],
+                "from": own["from"],
+            }
+        )
         found = source.rows_of(data, "levelset_blocks", algorithm=algorithm, variant="openmp")
         for kind, ms in (("measured", "measured_ms"), ("modelled", "modelled_ms")):
             for cores in sorted({r["cores"] for r in found if ms in r}):
                 best = min((r for r in found if r["cores"] == cores), key=lambda r: r[ms])
                 rows.append(
-                    {"kind": kind, "algorithm": algorithm, "scene": best["scene"], "cores": cores, "blocks": best["blocks"], "ms": best[ms]}
+                    {
+                        "kind": kind,
+                        "algorithm": algorithm,
+                        "scene": best["scene"],
+                        "cores": cores,
+                        "blocks": best["blocks"],
+                        "ms": best[ms],
+                    }
                     | {"over_serial_marching": serial["fast_marching"]["measured_ms"] / best[ms]}
                     | {"over_own_serial": own["measured_ms"] / best[ms]}
                     | (source.where_time_goes(best) if kind == "modelled" else {})
@@ -38,7 +53,9 @@ def table(data):
         marching = source.at(rows, kind=sweeping["kind"], algorithm="fast_marching", cores=sweeping["cores"])
         sweeping["marching_over_sweeping"] = marching["ms"] / sweeping["ms"]
         sweeping["from"] = source.references(sweeping, marching)
-    overlap = {r["blocks"]: r for r in source.rows_of(data, "levelset_blocks", algorithm="fast_marching", variant="openmp")}
+    overlap = {
+        r["blocks"]: r for r in source.rows_of(data, "levelset_blocks", algorithm="fast_marching", variant="openmp")
+    }
     for blocks, r in sorted(overlap.items()):
         rows.append(
             {"kind": "overlap", "scene": r["scene"], "blocks": blocks}
@@ -49,16 +66,27 @@ def table(data):
 
 def crossing(rows):
     """In words: at which numbers of modelled cores sweeping in blocks is the faster one."""
-    ahead = {r["cores"]: r["marching_over_sweeping"] > 1 for r in rows if r["kind"] == "modelled" and "marching_over_sweeping" in r}
+    ahead = {
+        r["cores"]: r["marching_over_sweeping"] > 1
+        for r in rows
+        if r["kind"] == "modelled" and "marching_over_sweeping" in r
+    }
     if len(set(ahead.values())) == 1:
-        return f"{'sweeping' if ahead[1] else 'marching'} is ahead at every number of cores modelled: there is no crossing"
-    return f"sweeping is ahead at {', '.join(str(cores) for cores, sweeping in ahead.items() if sweeping)} cores, marching at the others"
+        return (
+            f"{'sweeping' if ahead[1] else 'marching'} is ahead at every number of cores modelled: there is no crossing"
+        )
+    return (
+        f"sweeping is ahead at {', '.join(str(cores) for cores, sweeping in ahead.items() if sweeping)} cores, marching"
+        " at the others"
+    )
 
 
 def in_short(rows):
     def words(kind, cores):
         of = {a: source.at(rows, kind=kind, algorithm=a, cores=cores) for a in NAMES}
-        speed_ups = ", ".join(f"{name} {of[a]['over_own_serial']:.1f}x over its serial form" for a, name in NAMES.items())
+        speed_ups = ", ".join(
+            f"{name} {of[a]['over_own_serial']:.1f}x over its serial form" for a, name in NAMES.items()
+        )
         return f"{speed_ups}; marching time over sweeping time {of['fast_sweeping']['marching_over_sweeping']:.1f}"
 
     most, measured = source.most_cores(rows), source.most_measured(rows)
@@ -75,18 +103,19 @@ def here(rows):
     serial = {a: source.at(rows, kind="serial", algorithm=a)["ms"] for a in NAMES}
     overlap = [r for r in rows if r["kind"] == "overlap"]
     paragraphs = [
-        f"{rows[0]['scene']}. At each number of cores each algorithm uses its best number of blocks, which stands beside the point. "
-        f"Serial sweeping takes {serial['fast_sweeping'] / serial['fast_marching']:.2f} of the time of serial marching (paper: "
-        f"1.3). Sweeping uses sixteen lanes; marching uses a heap and no lanes; the times include this; {crossing(rows)}. Padding: "
-        f"{overlap[-1]['blocks']} blocks compute {overlap[-1]['computed_over_wanted']:.1f} distances for each that is needed, in both "
-        "algorithms."
+        f"{rows[0]['scene']}. At each number of cores each algorithm uses its best number of blocks, which stands"
+        f" beside the point. Serial sweeping takes {serial['fast_sweeping'] / serial['fast_marching']:.2f} of the time"
+        " of serial marching (paper: 1.3). Sweeping uses sixteen lanes; marching uses a heap and no lanes; the times"
+        f" include this; {crossing(rows)}. Padding: {overlap[-1]['blocks']} blocks compute"
+        f" {overlap[-1]['computed_over_wanted']:.1f} distances for each that is needed, in both algorithms."
     ]
     for algorithm, name in NAMES.items():
         r = source.at(rows, kind="modelled", algorithm=algorithm, cores=most)
         reached = "reached" if r["over_own_serial"] >= PAPER_AT_64[algorithm] else "not reached"
         paragraphs.append(
-            f"The paper's {PAPER_AT_64[algorithm]} for {name} is {reached} at {most} cores ({r['over_own_serial']:.1f} over its own serial "
-            f"form, {r['blocks']} blocks); the cores lose: {source.losses(r)}."
+            f"The paper's {PAPER_AT_64[algorithm]} for {name} is {reached} at {most} cores"
+            f" ({r['over_own_serial']:.1f} over its own serial form, {r['blocks']} blocks); the cores lose:"
+            f" {source.losses(r)}."
         )
     return paragraphs
 
@@ -102,7 +131,9 @@ def draw(rows):
             if axis is over_marching:
                 for r in own:
                     if r["kind"] == "modelled":
-                        place = dict(xytext=(0, 6 if series else -12), textcoords="offset points", ha="center", fontsize=6.5)
+                        place = dict(
+                            xytext=(0, 6 if series else -12), textcoords="offset points", ha="center", fontsize=6.5
+                        )
                         axis.annotate(f"{r['blocks']}", (r["cores"], r[measure]), color=style.COLOURS[series], **place)
         style.cores_axis(axis, cores)
         style.log_y(axis, "speed-up")

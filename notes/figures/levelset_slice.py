@@ -11,7 +11,9 @@ SCENE = "spheres_and_box_128_full"
 
 
 def table(data):
-    return [{k: r[k] for k in ("x", "y", "distance", "error_in_spacings", "from")} for r in data["levelset_slice"]["rows"]]
+    return [
+        {k: r[k] for k in ("x", "y", "distance", "error_in_spacings", "from")} for r in data["levelset_slice"]["rows"]
+    ]
 
 
 def in_short(rows):
@@ -26,14 +28,17 @@ def in_short(rows):
 
 def here(rows):
     return [
-        "Left: the signed distance in the plane z = 1/2, contours every 0.05, the interface in black. Right: its error in spacings h. "
-        "First-order upwind has an error where fronts curve. It is largest beside the box's edges and where two fronts meet."
+        "Left: the signed distance in the plane z = 1/2, contours every 0.05, the interface in black. Right: its error"
+        " in spacings h. First-order upwind has an error where fronts curve. It is largest beside the box's edges and"
+        " where two fronts meet."
     ]
 
 
 def draw(rows):
     n = max(r["x"] for r in rows) + 1
-    distance, error = (numpy.array([r[name] for r in rows]).reshape(-1, n) for name in ("distance", "error_in_spacings"))
+    distance, error = (
+        numpy.array([r[name] for r in rows]).reshape(-1, n) for name in ("distance", "error_in_spacings")
+    )
     figure, [[left, right]] = style.panels(1, 2, 4.2, 3.6)
     image = left.imshow(distance, origin="lower", cmap="RdBu", vmin=-abs(distance).max(), vmax=abs(distance).max())
     left.contour(distance, levels=numpy.arange(-1, 1, 0.05), colors="grey", linewidths=0.5)

@@ -6,19 +6,42 @@ import style
 
 TITLE = "The modules of game physics: lanes and threads"
 PAPER_FIGURE = "[LRB08] Figure 7"
-PAPER = "How each of nine modules takes to SIMD and to threads, in words (columns 'paper' of the table below). It gives no numbers."
+PAPER = (
+    "How each of nine modules takes to SIMD and to threads, in words (columns 'paper' of the table below). It gives no"
+    " numbers."
+)
 # Domain, module, the paper's words on SIMD and on threads, and our counterpart: kernel, form, scenes (the first with
 # results). The paper's one module of forces is two kernels here.
-PLAIN_LANES, PLAIN_THREADS, FINE = "straightforward, vector instructions", "straightforward", "fine-grain synchronization"
+PLAIN_LANES, PLAIN_THREADS, FINE = (
+    "straightforward, vector instructions",
+    "straightforward",
+    "fine-grain synchronization",
+)
 RESTRUCTURED = "algorithm restructured"
 FORCES = ("SIMD-friendly implementation, vector instructions", "coarse-grain synchronization")
 CONTACTS = ["castle_hit", "castle", "pyramid_24"]
 DAMS = ["dam_break_500k", "dam_break_100k"]
 MODULES = [
-    ("rigid", "Broad phase (SAP)", "SIMD-friendly implementation", PLAIN_THREADS, "rigid/sweep_and_prune", "batch", ["boxes_100k"]),
+    (
+        "rigid",
+        "Broad phase (SAP)",
+        "SIMD-friendly implementation",
+        PLAIN_THREADS,
+        "rigid/sweep_and_prune",
+        "batch",
+        ["boxes_100k"],
+    ),
     ("rigid", "Box-box", PLAIN_LANES, PLAIN_THREADS, "rigid/box_box", "", ["box_pit_4000", "pyramid_24"]),
     ("rigid", "GJK", PLAIN_LANES, PLAIN_THREADS, "rigid/gjk", "cold", ["hull_pit_2000", "hull_soup"]),
-    ("rigid", "Constraint solver", "algorithm and data restructured", FINE, "rigid/contact_solver", "batches", CONTACTS),
+    (
+        "rigid",
+        "Constraint solver",
+        "algorithm and data restructured",
+        FINE,
+        "rigid/contact_solver",
+        "batches",
+        CONTACTS,
+    ),
     ("fluid", "Rebuild grid", PLAIN_LANES, FINE, "fluid/rebuild_grid", "counting_sort", DAMS),
     ("fluid", "Compute forces: densities", *FORCES, "fluid/densities", "pair_lists", DAMS),
     ("fluid", "Compute forces: forces", *FORCES, "fluid/forces", "pair_lists", DAMS),
@@ -36,15 +59,26 @@ def table(data):
     threads = source.most_threads(data)
     for domain, module, paper_simd, paper_threads, kernel, form, scenes in MODULES:
         scene = source.first_scene(data, kernel, form, scenes)
-        timed = {(r["variant"], r["threads"]): r for r in source.rows_of(data, "bench", kernel=kernel, form=form, scene=scene)}
-        serial, twin, one, many = (timed.get(v) for v in (("serial", 1), ("serial_twin", 1), ("openmp", 1), ("openmp", threads)))
+        timed = {
+            (r["variant"], r["threads"]): r
+            for r in source.rows_of(data, "bench", kernel=kernel, form=form, scene=scene)
+        }
+        serial, twin, one, many = (
+            timed.get(v) for v in (("serial", 1), ("serial_twin", 1), ("openmp", 1), ("openmp", threads))
+        )
         if not (serial and one and many):
-            raise source.Missing(f"bench.json: {kernel} '{form}' on {scene}: needs serial, and openmp on 1 and {threads} threads")
+            raise source.Missing(
+                f"bench.json: {kernel} '{form}' on {scene}: needs serial, and openmp on 1 and {threads} threads"
+            )
         modelled = {r["cores"]: r for r in source.rows_of(data, "scale", kernel=kernel, form=form, scene=scene)}
         most = max(c for c in modelled if c <= 64)
         rows.append(
             {"domain": domain, "module": module, "kernel": kernel, "form": form, "scene": scene, "lanes": one["lanes"]}
-            | {"paper_simd": paper_simd, "simd_gain": serial["ms"] / one["ms"], "simd_gain_spread": source.spread_of_ratio(serial, one)}
+            | {
+                "paper_simd": paper_simd,
+                "simd_gain": serial["ms"] / one["ms"],
+                "simd_gain_spread": source.spread_of_ratio(serial, one),
+            }
             | {"simd_gain_over_twin": twin["ms"] / one["ms"] if twin else None, "lane_use": one.get("lane_use")}
             | {"paper_threads": paper_threads, "threads": threads, "threads_measured": one["ms"] / many["ms"]}
             | {"threads_spread": source.spread_of_ratio(one, many), "modelled_cores": most}
@@ -61,7 +95,9 @@ def in_short(rows):
 
     return {
         "paper": "words only",
-        "measured": f"lanes and layout {span('simd_gain')}; {page.threads(rows[0]['threads'])} {span('threads_measured')}",
+        "measured": (
+            f"lanes and layout {span('simd_gain')}; {page.threads(rows[0]['threads'])} {span('threads_measured')}"
+        ),
         "modelled": f"{rows[0]['modelled_cores']} cores: {span('threads_modelled')}",
         "scene": ", ".join(dict.fromkeys(r["scene"] for r in rows)),
     }
@@ -70,10 +106,11 @@ def in_short(rows):
 def here(rows):
     known = [r for r in rows if r["lane_use"] is not None]
     return [
-        f"SIMD: serial time over openmp time on one thread, {rows[0]['lanes']} lanes; 'twin' is the serial form of the algorithm that "
-        "openmp runs, if the best serial algorithm is another. The versions also differ in data layout, so a gain may exceed that of "
-        f"lanes alone. Threads: one thread over {rows[0]['threads']}, measured, and one core over many, modelled. Lane use: the share of lanes that "
-        "hold an element: a particle, a constraint, a pair still iterated on, a candidate to test, whether near or not"
+        f"SIMD: serial time over openmp time on one thread, {rows[0]['lanes']} lanes; 'twin' is the serial form of the"
+        " algorithm that openmp runs, if the best serial algorithm is another. The versions also differ in data"
+        f" layout, so a gain may exceed that of lanes alone. Threads: one thread over {rows[0]['threads']}, measured,"
+        " and one core over many, modelled. Lane use: the share of lanes that hold an element: a particle, a"
+        " constraint, a pair still iterated on, a candidate to test, whether near or not"
         + (f", counted for {len(known)} of the {len(rows)} rows." if known else "; these reports do not hold it.")
     ]
 
@@ -83,8 +120,16 @@ def details(rows):
     header.append(f"{page.threads(rows[0]['threads'])}, measured")
     header.append(f"{rows[0]['modelled_cores']} cores, modelled")
     cells = [
-        [r["domain"], r["module"], f"{r['kernel']} {r['form']}", r["scene"], r["paper_simd"], page.number(r["simd_gain"], "x")]
-        + [page.number(r["simd_gain_over_twin"], "x"), "–" if r["lane_use"] is None else f"{100 * r['lane_use']:.0f} %"]
+        [
+            r["domain"],
+            r["module"],
+            f"{r['kernel']} {r['form']}",
+            r["scene"],
+            r["paper_simd"],
+            page.number(r["simd_gain"], "x"),
+        ]
+        + [page.number(r["simd_gain_over_twin"], "x")]
+        + ["–" if r["lane_use"] is None else f"{100 * r['lane_use']:.0f} %"]
         + [r["paper_threads"], page.number(r["threads_measured"], "x"), page.number(r["threads_modelled"], "x")]
         for r in rows
     ]
@@ -95,13 +140,23 @@ def draw(rows):
     figure, axes = style.panels(1, 3, 3.4, 3.6, sharey=True)
     columns = [
         ("SIMD gain over serial, measured", "simd_gain", "simd_gain_spread", style.COLOURS[0], True),
-        (f"gain of {page.threads(rows[0]['threads'])}, measured", "threads_measured", "threads_spread", style.COLOURS[1], True),
+        (
+            f"gain of {page.threads(rows[0]['threads'])}, measured",
+            "threads_measured",
+            "threads_spread",
+            style.COLOURS[1],
+            True,
+        ),
         (f"gain of {rows[0]['modelled_cores']} cores, modelled", "threads_modelled", None, style.COLOURS[2], False),
     ]
     places = range(len(rows))
     for axis, (label, column, spread, colour, filled) in zip(axes[0], columns):
         values = [r[column] for r in rows]
-        look = {"color": colour} if filled else {"facecolor": "white", "edgecolor": colour, "hatch": "///", "linestyle": "--"}
+        look = (
+            {"color": colour}
+            if filled
+            else {"facecolor": "white", "edgecolor": colour, "hatch": "///", "linestyle": "--"}
+        )
         bars = [(r[spread] or 0) * v / 2 for r, v in zip(rows, values)] if spread else None
         for bar, r in zip(axis.barh(places, values, xerr=bars, height=0.65, **look), rows):
             if filled and not r["whole_cores"]:

@@ -12,7 +12,9 @@ def table(header, rows, marked=()):
     """A table of text and links; rows whose number is in `marked` stand out."""
 
     def line(tag, row):
-        return "".join(f"<{tag}>{cell[0] if isinstance(cell, tuple) else html.escape(str(cell))}</{tag}>" for cell in row)
+        return "".join(
+            f"<{tag}>{cell[0] if isinstance(cell, tuple) else html.escape(str(cell))}</{tag}>" for cell in row
+        )
 
     body = "".join(f"<tr{' class=off' if i in marked else ''}>{line('td', row)}</tr>\n" for i, row in enumerate(rows))
     return f"<table><thead><tr>{line('th', header)}</tr></thead>\n<tbody>\n{body}</tbody></table>\n"

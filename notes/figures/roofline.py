@@ -17,9 +17,15 @@ def table(data):
     for r in source.rows_of(data, "bench"):
         if r["variant"] == "serial_twin":
             continue
-        named = {c: r[c] for c in ("kernel", "form", "scene", "variant", "threads", "ms", "bytes", "flops")} | {"from": r["from"]}
+        named = {c: r[c] for c in ("kernel", "form", "scene", "variant", "threads", "ms", "bytes", "flops")} | {
+            "from": r["from"]
+        }
         if r["flops"] > 0 and r["bytes"] > 0:
-            named |= {"flops_per_byte": r["flops"] / r["bytes"], "gflop_per_s": 1e-6 * r["flops"] / r["ms"], "spread": r["spread"]}
+            named |= {
+                "flops_per_byte": r["flops"] / r["bytes"],
+                "gflop_per_s": 1e-6 * r["flops"] / r["ms"],
+                "spread": r["spread"],
+            }
             named |= source.whole_cores(r)
         rows.append(named)
     # Each kernel and form has one scene here, the one that moves the most bytes. Points are numbered.
@@ -49,7 +55,11 @@ def points(rows, variant, threads):
 
 
 def without_flops(rows):
-    return list(dict.fromkeys(f"{r['kernel']} {r['form']}".strip() for r in rows if r["variant"] != "peak" and "gflop_per_s" not in r))
+    return list(
+        dict.fromkeys(
+            f"{r['kernel']} {r['form']}".strip() for r in rows if r["variant"] != "peak" and "gflop_per_s" not in r
+        )
+    )
 
 
 def share_of_roof(rows, r):
@@ -85,12 +95,12 @@ def here(rows):
     roofs = "; ".join(roof_words(p) for p in peaks)
     above = [f"{r['number']}" for r in points(rows, "openmp", 1) if share_of_roof(rows, r) > 1]
     return [
-        f"The roofs are measured: triad beyond the caches, and independent multiply-adds in lanes ({roofs}). Flops and bytes are declared "
-        "beside each kernel in the verifier. Flops are those of the serial form, so additional work of openmp does not count. Bytes "
-        "count each read and write of memory once, so a kernel that reads its data repeatedly appears too far to the right. Left: from "
-        f"the serial time (cross) to openmp on one thread (its number). Right: openmp on the most threads, {thread_counts(rows)[-1]}. A "
-        "kernel above the slanted roof "
-        "has its data in the caches"
+        f"The roofs are measured: triad beyond the caches, and independent multiply-adds in lanes ({roofs}). Flops and"
+        " bytes are declared beside each kernel in the verifier. Flops are those of the serial form, so additional"
+        " work of openmp does not count. Bytes count each read and write of memory once, so a kernel that reads its"
+        " data repeatedly appears too far to the right. Left: from the serial time (cross) to openmp on one thread"
+        f" (its number). Right: openmp on the most threads, {thread_counts(rows)[-1]}. A kernel above the slanted roof"
+        " has its data in the caches"
         + (f" ({', '.join(above)} on one thread). " if above else ". ")
         + (f"Kernels without flops are left out: {', '.join(without_flops(rows))}." if without_flops(rows) else "")
     ]
@@ -122,7 +132,13 @@ def label(axis, rows, series_of):
         places = [(x + side * 0.13, y + 0.02 * step) for step in range(40) for side in (1, -1)]
         place = next(p for p in places if not any(abs(p[0] - a) < 0.11 and abs(p[1] - b) < 0.09 for a, b in taken))
         taken.append(place)
-        look = {"ha": "center", "va": "center", "fontsize": 6.5, "zorder": 5, "color": style.COLOURS[series_of[domain(r)]]}
+        look = {
+            "ha": "center",
+            "va": "center",
+            "fontsize": 6.5,
+            "zorder": 5,
+            "color": style.COLOURS[series_of[domain(r)]],
+        }
         axis.annotate(f"{r['number']}", (10 ** place[0], 10 ** place[1]), path_effects=style.HALO, **look)
 
 

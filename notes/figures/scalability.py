@@ -7,8 +7,8 @@ import style
 TITLE = "Scalability of game physics"
 PAPER_FIGURE = "[ITJ07] Figure 10, [LRB08] Figure 14"
 PAPER = (
-    "[ITJ07]: 36x to 61x on 64 cores over one. [LRB08]: more than half of the cores' resources in use at up to 64 cores, in some cases "
-    "nearly linear. Both simulated."
+    "[ITJ07]: 36x to 61x on 64 cores over one. [LRB08]: more than half of the cores' resources in use at up to 64"
+    " cores, in some cases nearly linear. Both simulated."
 )
 PAPER_AT_64 = [36, 61]  # [ITJ07]
 # The first scene with results is used; large ones come first, like the papers'.
@@ -51,8 +51,9 @@ def in_short(rows):
 def here(rows):
     most = source.most_cores(rows)
     paragraphs = [
-        "Speed-up of the openmp version over itself on one core, so by threads alone. All points use sixteen lanes, which leaves "
-        "each core less work between barriers than the papers' cores had. Right: how the cores' time is spent."
+        "Speed-up of the openmp version over itself on one core, so by threads alone. All points use sixteen lanes,"
+        " which leaves each core less work between barriers than the papers' cores had. Right: how the cores' time is"
+        " spent."
     ]
     for r in of_each(rows, "modelled", most):
         use = r["speed_up"] / most
@@ -62,9 +63,9 @@ def here(rows):
         bound = r["compute_speed_up"] > 1.1 * r["speed_up"]
         unbound = f" Without the bound by memory: {r['compute_speed_up']:.1f}x." if bound else ""
         paragraphs.append(
-            f"{r['workload']} ({r['kernel']} {r['form']}, {r['scene']}), modelled, {most} cores: {r['speed_up']:.1f}x, "
-            f"{100 * use:.0f} % of full use ([ITJ07]'s 36x {least}, [LRB08]'s half {half}); the cores lose: {source.losses(r)}.{unbound} "
-            f"Measured on {page.threads(measured['cores'])}: {measured['speed_up']:.1f}x."
+            f"{r['workload']} ({r['kernel']} {r['form']}, {r['scene']}), modelled, {most} cores: {r['speed_up']:.1f}x,"
+            f" {100 * use:.0f} % of full use ([ITJ07]'s 36x {least}, [LRB08]'s half {half}); the cores lose:"
+            f" {source.losses(r)}.{unbound} Measured on {page.threads(measured['cores'])}: {measured['speed_up']:.1f}x."
         )
     return paragraphs
 
@@ -83,7 +84,11 @@ def draw(rows):
     style.cores_axis(speed, cores)
     style.log_y(speed, "speed-up over one core", 2)
     style.limit_to(speed, [r["speed_up"] for r in rows] + [cores[-1]], 1.3)
-    keys = [style.series_key(series, name) for series, (name, *_) in enumerate(WORKLOADS)] + style.kinds_key() + style.disturbed_key(rows)
+    keys = (
+        [style.series_key(series, name) for series, (name, *_) in enumerate(WORKLOADS)]
+        + style.kinds_key()
+        + style.disturbed_key(rows)
+    )
     keys += [style.ideal_key("all, and half of the cores in use"), style.band_key("[ITJ07] (simulated)")]
     speed.legend(handles=keys, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=2, frameon=False, fontsize=7.5)
     bars = of_each(rows, "modelled", most)

@@ -23,7 +23,7 @@ class Missing(Exception):
 
 
 def load(folder, names):
-    """{name: {"machine": ..., "rows": [...]}}, where each row, and each peak of the machine, has its reference as "from"."""
+    """{name: {"machine": ..., "rows": [...]}}. Each row, and each peak of the machine, has its reference as "from"."""
     data = {}
     for name in names:
         path = folder / f"{name}.json"
@@ -47,7 +47,9 @@ def rows_of(data, name, **wanted):
     """All rows in which these columns have these values; at least one."""
     found = [r for r in data[name]["rows"] if all(r.get(column) == value for column, value in wanted.items())]
     if not found:
-        raise Missing(f"{name}.json: no row with " + ", ".join(f"{column} '{value}'" for column, value in wanted.items()))
+        raise Missing(
+            f"{name}.json: no row with " + ", ".join(f"{column} '{value}'" for column, value in wanted.items())
+        )
     return found
 
 
@@ -75,16 +77,29 @@ def where_time_goes(row):
 
 def over_cores(data, kernel, form, scene):
     """Rows of one kernel over cores: measured by `bench` at the machine's thread counts, modelled by `scale` at all."""
-    measured = sorted(rows_of(data, "bench", kernel=kernel, form=form, scene=scene, variant="openmp"), key=lambda r: r["threads"])
+    measured = sorted(
+        rows_of(data, "bench", kernel=kernel, form=form, scene=scene, variant="openmp"), key=lambda r: r["threads"]
+    )
     modelled = sorted(rows_of(data, "scale", kernel=kernel, form=form, scene=scene), key=lambda r: r["cores"])
     rows = []
-    for kind, cores, ms, found in [("measured", "threads", "ms", measured), ("modelled", "cores", "modelled_ms", modelled)]:
+    for kind, cores, ms, found in [
+        ("measured", "threads", "ms", measured),
+        ("modelled", "cores", "modelled_ms", modelled),
+    ]:
         one = found[0]
         if one[cores] != 1:
             raise Missing(f"'{kernel}' '{form}' on {scene}: nothing {kind} on one core")
         for r in found:
             rows.append(
-                {"kernel": kernel, "form": form, "scene": scene, "kind": kind, "cores": r[cores], "ms": r[ms], "spread": r.get("spread")}
+                {
+                    "kernel": kernel,
+                    "form": form,
+                    "scene": scene,
+                    "kind": kind,
+                    "cores": r[cores],
+                    "ms": r[ms],
+                    "spread": r.get("spread"),
+                }
                 | whole_cores(one, r)
                 | {"speed_up": one[ms] / r[ms], "speed_up_spread": spread_of_ratio(one, r) if r is not one else None}
                 | ({"compute_speed_up": one["compute_ms"] / r["compute_ms"]} if kind == "modelled" else {})
@@ -101,7 +116,7 @@ def spread_of_ratio(a, b):
 
 
 def whole_cores(*rows):
-    """The column that says whether the times of `bench` behind a value were taken on whole cores; empty for other reports."""
+    """The column that says whether times of `bench` behind a value had whole cores; empty for other reports."""
     known = [r["whole_cores"] for r in rows if "whole_cores" in r]
     return {"whole_cores": all(known)} if known else {}
 
@@ -128,5 +143,7 @@ def most_threads(data):
 
 def losses(row):
     """In words, the shares of time that are not work, largest first, without those below 5 %."""
-    shares = sorted(((row[share], words) for share, words in SHARES.items() if share != "work" and row[share] >= 0.05), reverse=True)
+    shares = sorted(
+        ((row[share], words) for share, words in SHARES.items() if share != "work" and row[share] >= 0.05), reverse=True
+    )
     return ", ".join(f"{words} {100 * share:.0f} %" for share, words in shares) or "nothing above 5 %"

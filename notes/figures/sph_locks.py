@@ -7,8 +7,8 @@ import style
 TITLE = "Game fluid: what locks cost"
 PAPER_FIGURE = "[LRB08], on Figure 9"
 PAPER = (
-    "A lock for each grid cell would cost much; sub-grids owned by threads, with locks for cells on their borders alone, almost entirely "
-    "amortise it. The paper gives no numbers."
+    "A lock for each grid cell would cost much; sub-grids owned by threads, with locks for cells on their borders"
+    " alone, almost entirely amortise it. The paper gives no numbers."
 )
 REPORTS = {"bench": ["fluid/step"], "scale": ["fluid/step"]}
 FORMS = {
@@ -32,29 +32,39 @@ def in_short(rows):
     most, measured = source.most_cores(rows), source.most_measured(rows)
     return {
         "paper": "a lock a cell costs much, locks on borders almost nothing",
-        "measured": f"{page.threads(measured)}: "
-        + ", ".join(f"{r['form']} {r['ms']:.3g} ms" for r in of_each(rows, "measured", measured)),
-        "modelled": f"{most} cores: "
-        + ", ".join(f"{r['form']} {r['ms']:.3g} ms ({100 * r['locks']:.0f} % in locks)" for r in of_each(rows, "modelled", most)),
+        "measured": f"{page.threads(measured)}: " + ", ".join(
+            f"{r['form']} {r['ms']:.3g} ms" for r in of_each(rows, "measured", measured)
+        ),
+        "modelled": f"{most} cores: " + ", ".join(
+            f"{r['form']} {r['ms']:.3g} ms ({100 * r['locks']:.0f} % in locks)" for r in of_each(rows, "modelled", most)
+        ),
         "scene": rows[0]["scene"],
     }
 
 
 def here(rows):
     most = source.most_cores(rows)
-    paragraphs = [f"{rows[0]['scene']}, fluid/step. Locks: the share of the cores' time in taking locks and waiting for them; modelled, "
-    "also at 1 and 2 cores."]
+    paragraphs = [
+        f"{rows[0]['scene']}, fluid/step. Locks: the share of the cores' time in taking locks and waiting for them;"
+        " modelled, also at 1 and 2 cores."
+    ]
     for r in of_each(rows, "modelled", most):
         one = source.at(rows, kind="modelled", form=r["form"], cores=1)
         paragraphs.append(
-            f"{r['form']}: {100 * one['locks']:.0f} % in locks on one core, {100 * r['locks']:.0f} % on {most}, {r['speed_up']:.1f}x; the "
-            f"cores lose: {source.losses(r)}."
+            f"{r['form']}: {100 * one['locks']:.0f} % in locks on one core, {100 * r['locks']:.0f} % on {most},"
+            f" {r['speed_up']:.1f}x; the cores lose: {source.losses(r)}."
         )
     sub_grid = source.at(rows, kind="modelled", form="sub_grid", cores=most)
     if sub_grid["locks"] < 0.05:
-        return [*paragraphs, "The paper's claim that locks on borders are almost entirely amortised holds: less than 5 % of the time."]
+        return [
+            *paragraphs,
+            "The paper's claim that locks on borders are almost entirely amortised holds: less than 5 % of the time.",
+        ]
     why = "with more cores the sub-grids are smaller, and a larger part of each is border"
-    return [*paragraphs, f"The paper's claim that locks on borders are almost entirely amortised is not reached: {why}."]
+    return [
+        *paragraphs,
+        f"The paper's claim that locks on borders are almost entirely amortised is not reached: {why}.",
+    ]
 
 
 def draw(rows):

@@ -56,7 +56,9 @@ matplotlib.rcParams.update(
 
 def panels(rows, columns, width, height, **more):
     """A figure of panels, each width by height inches; all axes in rows of a list."""
-    figure, axes = plt.subplots(rows, columns, figsize=(width * columns, height * rows), squeeze=False, layout="constrained", **more)
+    figure, axes = plt.subplots(
+        rows, columns, figsize=(width * columns, height * rows), squeeze=False, layout="constrained", **more
+    )
     return figure, axes
 
 
@@ -73,11 +75,26 @@ def measured(axis, x, y, series, spreads=None, whole=None, **more):
 def arrows_up(axis, x, y, series):
     """From points that are lower bounds."""
     for place in zip(x, y):
-        axis.annotate("", place, xytext=(0, 16), textcoords="offset points", arrowprops={"arrowstyle": "<-", "color": COLOURS[series]})
+        axis.annotate(
+            "",
+            place,
+            xytext=(0, 16),
+            textcoords="offset points",
+            arrowprops={"arrowstyle": "<-", "color": COLOURS[series]},
+        )
 
 
 def modelled(axis, x, y, series, **more):
-    axis.plot(x, y, color=COLOURS[series], marker=MARKERS[series], linestyle="--", markerfacecolor="white", markersize=6.5, **more)
+    axis.plot(
+        x,
+        y,
+        color=COLOURS[series],
+        marker=MARKERS[series],
+        linestyle="--",
+        markerfacecolor="white",
+        markersize=6.5,
+        **more
+    )
 
 
 def line(axis, rows, kind, column, series):
@@ -150,7 +167,11 @@ def kinds_key():
 def disturbed_key(rows):
     """The legend's entry for points that never had whole cores, if there are any."""
     some = any(r.get("whole_cores") is False for r in rows)
-    return [Line2D([], [], marker="o", linestyle="none", label="measured without whole cores", **DISTURBED)] if some else []
+    return (
+        [Line2D([], [], marker="o", linestyle="none", label="measured without whole cores", **DISTURBED)]
+        if some
+        else []
+    )
 
 
 def ideal_key(label="all cores in full use"):
@@ -171,7 +192,9 @@ def paper_key():
 
 def key_below(figure, handles, columns=None):
     """One legend for the whole figure, under it; svg_of() makes room for it."""
-    figure.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0), ncols=columns or len(handles), frameon=False)
+    figure.legend(
+        handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0), ncols=columns or len(handles), frameon=False
+    )
 
 
 def svg_of(figure):

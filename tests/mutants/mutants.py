@@ -3,8 +3,8 @@
 `make mutants` calls it. A mistake is a [[mutant]] of a .toml file beside this one:
     kernel, name   what is broken, and how, for a reader
     file           in openmp/, or a header of common/ that openmp/ includes; serial/ keeps the correct header
-    find, replace  the edit: a text that occurs exactly once in the file, and its replacement; for edits at several places,
-                   two lists of the same length
+    find, replace  the edit: a text that occurs exactly once in the file, and its replacement; for edits at several
+                   places, two lists of the same length
     verify         more arguments for `lockstep verify --kernel KERNEL`; or, for races that the verifier might not see,
     tsan           the same in the thread sanitizer's build
 The sources stay unchanged. The changed file goes to a folder of its own, build/mutants/BUILD/ID/, which the compiler
@@ -112,8 +112,8 @@ def check_numbers(mutants, program):
 
 
 def some_of(mutants, n):
-    """The n mutants of today. All mutants form a ring: the first of each kernel, the second of each, and so on. Each day
-    continues where the day before stopped."""
+    """The n mutants of today. All mutants form a ring: the first of each kernel, the second of each, and so on. Each
+    day continues where the day before stopped."""
     by_kernel = collections.defaultdict(list)
     for mutant in mutants:
         by_kernel[mutant.kernel].append(mutant)
@@ -122,7 +122,10 @@ def some_of(mutants, n):
     day = datetime.date.today().toordinal()
     first = day * n % len(ring)
     days = -(-len(ring) // n)
-    print(f"day {day}: {min(n, len(ring))} of {len(ring)} mutants, from number {first + 1} on; all have their turn in {days} days")
+    print(
+        f"day {day}: {min(n, len(ring))} of {len(ring)} mutants, from number {first + 1} on; all have their turn in"
+        f" {days} days"
+    )
     return [ring[(first + k) % len(ring)] for k in range(min(n, len(ring)))]
 
 
@@ -130,13 +133,21 @@ class Build:
     """A built program: its folder and its commands to compile and link. Makes changed programs from it."""
 
     def __init__(self, folder, compile, link, libs):
-        self.folder, self.compile, self.link, self.libs = pathlib.Path(folder), shlex.split(compile), shlex.split(link), shlex.split(libs)
+        self.folder, self.compile, self.link, self.libs = (
+            pathlib.Path(folder),
+            shlex.split(compile),
+            shlex.split(link),
+            shlex.split(libs),
+        )
         self.work = pathlib.Path("build/mutants") / self.folder.name
         self.sources = {}  # of each object: its source, then the files included
         for path in self.folder.rglob("*.d"):
             rule = path.read_text().replace("\\\n", " ").split("\n\n")[0].splitlines()[0]
             target, sources = rule.split(":", 1)
-            if sources.split()[0].startswith(("common/", "openmp/", "serial/", "verify/")) and pathlib.Path(sources.split()[0]).exists():
+            if (
+                sources.split()[0].startswith(("common/", "openmp/", "serial/", "verify/"))
+                and pathlib.Path(sources.split()[0]).exists()
+            ):
                 self.sources[target] = sources.split()
         if not self.sources:
             raise Error(f"{self.folder} holds no build")
@@ -162,7 +173,22 @@ class Build:
             # Without weak symbols an object keeps its own instances of a template. Otherwise the linker would use
             # serial/'s for all.
             weak = ["-fno-weak"] if source.startswith("openmp/") and any(f.startswith("common/") for f in files) else []
-            self.run_tool(id, [*self.compile, "-O1", "-w", *weak, f"-I{overlay}", "-I.", f"-I{self.folder}", "-c", path, "-o", object])
+            self.run_tool(
+                id,
+                [
+                    *self.compile,
+                    "-O1",
+                    "-w",
+                    *weak,
+                    f"-I{overlay}",
+                    "-I.",
+                    f"-I{self.folder}",
+                    "-c",
+                    path,
+                    "-o",
+                    object,
+                ],
+            )
             return object
 
         objects += map(compile_one, changed.values())
@@ -194,13 +220,17 @@ def run(program, selection, tsan, seconds, name="verify"):
     try:
         with log.open("w") as out:
             command = [program, *selection, "--json", report]
-            code = subprocess.run(command, stdout=out, stderr=out, stdin=subprocess.DEVNULL, env=environment, timeout=seconds).returncode
+            code = subprocess.run(
+                command, stdout=out, stderr=out, stdin=subprocess.DEVNULL, env=environment, timeout=seconds
+            ).returncode
     except subprocess.TimeoutExpired:
         return f"hangs: killed after {seconds:.0f} s"
     said = log.read_text(errors="replace")
     if tsan and "Archer detected OpenMP application with TSan" not in said:
         raise Error(f"no Archer in {log}")
-    if found := re.search(r"(?:WARNING|ERROR): ThreadSanitizer: ([\w -]+)", said):  # a race, or memory freed under another thread
+    if found := re.search(
+        r"(?:WARNING|ERROR): ThreadSanitizer: ([\w -]+)", said
+    ):  # a race, or memory freed under another thread
         frame = re.search(r"openmp/[\w/.]+:\d+", said[found.end() :])
         return f"tsan: {found[1].strip()}" + (f" at {frame[0]}" if frame else "")
     if code == 0:
@@ -217,12 +247,16 @@ def run(program, selection, tsan, seconds, name="verify"):
 def columns(mutants):
     """A function that prints a row, with column widths for these mutants."""
     kernel, name, where = (max(map(len, column)) for column in zip(*((m.kernel, m.name, m.where) for m in mutants)))
-    return lambda *row: print(f"{row[0]:<{kernel}}  {row[1]:<{name}}  {row[2]:<{where}}  {row[3]:<100.100}  {row[4]:>7}", flush=True)
+    return lambda *row: print(
+        f"{row[0]:<{kernel}}  {row[1]:<{name}}  {row[2]:<{where}}  {row[3]:<100.100}  {row[4]:>7}", flush=True
+    )
 
 
 def main():
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--kernel", help="only the mutants of this kernel, or of all of a domain: fluid/densities, fluid")
+    options.add_argument(
+        "--kernel", help="only the mutants of this kernel, or of all of a domain: fluid/densities, fluid"
+    )
     options.add_argument("--some", type=int, metavar="N", help="only N, others every day, so that all have their turn")
     options.add_argument("--build", default="build/avx512", help="the folder of the normal build, made before")
     options.add_argument("--tsan-build", default="build/tsan", help="the folder of the thread sanitizer's build")
@@ -290,7 +324,10 @@ def main():
             errors += [error] if error else []
     for error in errors:
         print(f"mutants: {error}", file=sys.stderr)
-    print(f"{len(mutants) - survived - len(errors)} caught, {survived} survived" + (f", {len(errors)} errors" if errors else ""))
+    print(
+        f"{len(mutants) - survived - len(errors)} caught, {survived} survived"
+        + (f", {len(errors)} errors" if errors else "")
+    )
     return 2 if errors else 1 if survived else 0
 
 
