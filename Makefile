@@ -128,7 +128,7 @@ tsan: tsan-build  ## run every kernel under clang's thread sanitizer, and a racy
 	QUICK=$(QUICK) verify/tsan.sh $(KERNEL)
 
 sanitize:  ## run the tests under the address and undefined-behaviour sanitizers
-	$(MAKE) test BUILD=build/sanitize-$(ISA) FLAGS='-std=c++20 -O1 -g1 $(isa_$(ISA)) -ffp-contract=off -fno-math-errno -fopenmp -fsanitize=address,undefined -fno-sanitize-recover=undefined'
+	ASAN_OPTIONS=allocator_may_return_null=1 $(MAKE) test BUILD=build/sanitize-$(ISA) FLAGS='-std=c++20 -O1 -g1 $(isa_$(ISA)) -ffp-contract=off -fno-math-errno -fopenmp -fsanitize=address,undefined -fno-sanitize-recover=undefined'
 
 determinism: build/lockstep  ## expect the same bits at 1, 2, 3, 4, 8 threads, with three values of OMP_SCHEDULE (SCENE=, and KERNEL=)
 	rm -f build/determinism_*.json

@@ -71,6 +71,14 @@ inline rlim_t address_space() {
   return pages * sysconf(_SC_PAGESIZE);
 }
 
+// Whether memory that is freed stays taken: the address sanitizer keeps it, to find uses after the end. A limit of the
+// address space then says nothing of what is in use.
+#ifdef __SANITIZE_ADDRESS__
+inline constexpr bool keeps_freed_memory = true;
+#else
+inline constexpr bool keeps_freed_memory = false;
+#endif
+
 // Lowers one of this process's limits until it is destroyed.
 struct Limit {
   Limit(int resource, rlim_t value) : resource(resource) {
