@@ -17,6 +17,9 @@ import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "notes" / "pictures"))
+from render import read  # noqa: E402, from the folder above
+
 PROGRAM = (ROOT / os.environ.get("LOCKSTEP", "build/lockstep")).resolve()
 
 # A box falls beside two balls at rest on a static box; a body of two parts turns.
@@ -88,17 +91,6 @@ particles_per_metre = 204
 min = [-0.02, -0.08, -0.02]
 max = [0.02, -0.06, 0.02]
 """
-
-
-def read(path):
-    reader = vtk.vtkGenericDataObjectReader()
-    reader.SetFileName(str(path))
-    reader.ReadAllScalarsOn()
-    reader.ReadAllVectorsOn()
-    reader.Update()
-    if reader.GetErrorCode() or not reader.GetOutput():
-        raise OSError(f"{path}: VTK does not read it")
-    return reader.GetOutput()
 
 
 def points(data):
@@ -194,7 +186,9 @@ class Frames(unittest.TestCase):
         box = read(frames / "box.vtk")
         np.testing.assert_allclose(box.GetBounds(), [-0.065, 0.065, -0.08, 0.1, -0.065, 0.065], atol=1e-7)
         self.assertEqual(box.GetNumberOfLines(), 12)
-        lengths = np.linalg.norm(np.diff(points(box)[vtk_to_numpy(box.GetLines().GetConnectivityArray())].reshape(12, 2, 3), axis=1), axis=2)
+        lengths = np.linalg.norm(
+            np.diff(points(box)[vtk_to_numpy(box.GetLines().GetConnectivityArray())].reshape(12, 2, 3), axis=1), axis=2
+        )
         np.testing.assert_allclose(np.sort(lengths.ravel()), [0.13] * 8 + [0.18] * 4, rtol=1e-5)
         water = read(frames / "frame_00002.vtk")
         self.assertTrue((vtk_to_numpy(water.GetPointData().GetArray("density")) > 500).all())
@@ -209,7 +203,17 @@ class Frames(unittest.TestCase):
         blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
         self.assertEqual(len(blocks), 1)
         self.lockstep("run", "--scene", "dam_break_5k", "--frames", "4", "--out", "build/frames/dam_break_5k")
-        self.lockstep("verify", "--kernel", "fluid/advance", "--scene", "dam_break_5k", "--threads", "1", "--json", "build/verify.json")
+        self.lockstep(
+            "verify",
+            "--kernel",
+            "fluid/advance",
+            "--scene",
+            "dam_break_5k",
+            "--threads",
+            "1",
+            "--json",
+            "build/verify.json",
+        )
         ran = subprocess.run([sys.executable, "-c", blocks[0]], cwd=self.folder, capture_output=True, text=True)
         self.assertEqual((ran.returncode, ran.stderr), (0, ""))
         lines = ran.stdout.splitlines()

@@ -67,7 +67,7 @@ struct Waiting : Cli {
   }
 };
 
-// The ratios are 1 to 2.5 (notes/waiting.md). With the waiting of OpenMP's runtime they are 8 to 1,000.
+// The ratios are mostly 1 to 2.1 (notes/waiting.md). With the waiting of OpenMP's runtime it was 8 beside one loop.
 TEST_F(Waiting, TwoThreadsBesideOneBusyLoop) {
   const BusyLoops loop(1, 0);
   EXPECT_LT(frame_ms("2"), 10 * frame_ms("1"));

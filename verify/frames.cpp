@@ -13,7 +13,7 @@
 
 #include "common/input_error.h"
 #include "common/vtk.h"
-#include "verify/report.h"
+#include "verify/program.h"
 #include "verify/run_state.h"
 
 namespace lockstep::verify {

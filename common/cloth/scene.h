@@ -16,10 +16,10 @@ struct Scene {
 };
 
 // Reads a TOML scene. Throws InputError in one line, `file:line:column: what was expected`, where the file cannot be
-// read, is not what scenes/README.md says (an unknown key, a wrong type, a number out of range or not finite, a pin that is
-// not on the sheet), or does not fit the machine's memory, asked before the cloth is made; likewise where an OBJ is
-// refused (common/mesh_file.h), or tied particles are at one place. Open meshes, and edges of more than two triangles, are
-// taken.
+// read, is not what scenes/README.md says (an unknown key, a wrong type, a number out of range or not finite, a pin
+// that is not on the sheet), or does not fit the machine's memory, asked before the cloth is made; likewise where a
+// mesh is refused (common/mesh_file.h), or tied particles are at one place. Open meshes, and edges of more than two
+// triangles, are taken.
 Scene load_scene(const std::string& path);
 
 }  // namespace lockstep::cloth

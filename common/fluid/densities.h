@@ -1,6 +1,8 @@
 // Contract: the density at every particle,
 //
-//   density_i = max(least_density, density_coefficient * sum over j with |p_i - p_j| < h, i itself among them, of (h^2 - |p_i - p_j|^2)^3)
+//   density_i = max(least_density, density_coefficient * sum of (h^2 - |p_i - p_j|^2)^3)
+//
+// over all j with |p_i - p_j| < h, i itself among them.
 //
 // In:      particles in cell order, with grid.cell_begin to match (rebuild_grid).
 // Out:     density[i] for i < count, kg/m^3; the array holds padded(count) elements.

@@ -28,8 +28,8 @@ struct Movement {
   Real position, half_velocity, velocity;
 };
 
-// One time step of the leapfrog; a particle that went through a wall is mirrored at it. Conditions are joined by &: with
-// && the openmp loop took 1.6 times as long.
+// One time step of the leapfrog; a particle that went through a wall is mirrored at it. Conditions are joined by &:
+// with && the openmp loop took 1.6 times as long.
 template <class Real>
 inline Movement<Real> leapfrog(const Model<Real>& model, const Axis<Real>& axis, Real acceleration, Real position,
                                Real half_velocity) {

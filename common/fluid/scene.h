@@ -31,9 +31,9 @@ struct Scene {
 };
 
 // Reads a TOML scene, or a .fluid file as a scene of one frame. Throws InputError in one line, `file:line:column: what
-// was expected` for TOML, where the file cannot be read, is not what scenes/README.md says (an unknown key, a wrong type, a
-// number out of range or not finite, a block without a particle) or does not fit the machine's memory, asked before
-// particles are made.
+// was expected` for TOML, where the file cannot be read, is not what scenes/README.md says (an unknown key, a wrong
+// type, a number out of range or not finite, a block without a particle) or does not fit the machine's memory, asked
+// before particles are made.
 Scene load_scene(const std::string& path);
 
 }  // namespace lockstep::fluid

@@ -21,10 +21,10 @@ struct Scene {
 };
 
 // Reads a TOML scene. Throws InputError in one line, `file:line:column: what was expected`, where the file cannot be
-// read, is not what scenes/README.md says (an unknown key, a wrong type, a number out of range or not finite, a band wider
-// than the grid), does not fit the machine's memory, asked before the field is made, or no interface comes between
-// points of the grid; likewise where a mesh
-// is refused (common/mesh_file.h), is not closed (common/mesh.h) or reaches beyond the grid (common/levelset/fit.h).
+// read, is not what scenes/README.md says (an unknown key, a wrong type, a number out of range or not finite, a band
+// wider than the grid), does not fit the machine's memory, asked before the field is made, or no interface comes
+// between points of the grid; likewise where a mesh is refused (common/mesh_file.h), is not closed (common/mesh.h) or
+// reaches beyond the grid (common/levelset/fit.h).
 Scene load_scene(const std::string& path);
 
 }  // namespace lockstep::levelset

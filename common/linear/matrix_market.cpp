@@ -1,7 +1,6 @@
 #include "common/linear/matrix_market.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -14,6 +13,7 @@
 #include "common/input_error.h"
 #include "common/input_file.h"
 #include "common/memory.h"
+#include "common/words.h"
 
 namespace lockstep::linear {
 namespace {
@@ -63,14 +63,6 @@ class Lines {
   std::string line_;
   std::int32_t number_ = 0;
 };
-
-template <class Number>
-std::optional<Number> as(std::string_view word) {
-  if (word.starts_with('+') && !word.starts_with("+-")) word.remove_prefix(1);
-  Number x;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), x);
-  return error == std::errc() && end == word.data() + word.size() ? std::optional(x) : std::nullopt;
-}
 
 std::optional<std::int32_t> index_up_to(std::string_view word, std::int64_t most) {
   const std::optional<std::int64_t> i = as<std::int64_t>(word);

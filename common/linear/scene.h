@@ -22,8 +22,8 @@ struct Scene {
 };
 
 // Reads a TOML scene. Throws InputError in one line, `file:line:column: what was expected`, where the file cannot be
-// read, is not what scenes/README.md says, or does not fit the machine's memory, asked before the matrix is made; likewise
-// where a Matrix Market file is refused.
+// read, is not what scenes/README.md says, or does not fit the machine's memory, asked before the matrix is made;
+// likewise where a Matrix Market file is refused.
 Scene load_scene(const std::string& path);
 
 }  // namespace lockstep::linear

@@ -22,6 +22,8 @@ def read(path):
     reader.ReadAllScalarsOn()
     reader.ReadAllVectorsOn()
     reader.Update()
+    if reader.GetErrorCode() or not reader.GetOutput():
+        raise OSError(f"{path}: VTK does not read it")
     return reader.GetOutput()
 
 
@@ -187,7 +189,14 @@ def dam_break(frames, path):
     edges = actor(read(folder / "box.vtk"), "#9a9a9a")
     edges.GetProperty().SetLineWidth(1.5 * FINER)
     edges.GetProperty().LightingOff()
-    render(path, [particles, edges], eye=(-0.21, 0.15, 0.42), focus=(0.004, 0.004, 0), shade=0.01, bars=[bar(table, "speed, m/s", 5)])
+    render(
+        path,
+        [particles, edges],
+        eye=(-0.21, 0.15, 0.42),
+        focus=(0.004, 0.004, 0),
+        shade=0.01,
+        bars=[bar(table, "speed, m/s", 5)],
+    )
 
 
 def smooth(data):
@@ -249,7 +258,6 @@ def level_set(frames, path):
     edges.GetProperty().LightingOff()
     shown = [actor(smoothed, "#d9d2c5"), distances, levels, edges]
     render(path, shown, eye=(1.0, 1.35, 3.15), focus=(0.5, 0.47, 0.5), shade=0.05, bars=[bar(table, "distance, m", 5)])
-
 
 
 pictures = {"castle": castle, "dam_break": dam_break, "garment": garment, "level_set": level_set}

@@ -236,7 +236,7 @@ void densities_pair_lists(const Model<Real>& model, const Grid<Real>& grid, cons
         if (z == 0) std::fill(reaction, reaction + own.end, 0.f);
       });
 
-      // Every element is one thread's.
+    // Every element is one thread's.
 #pragma omp for simd schedule(static)
     for (int i = 0; i < particles.count; ++i)
       density[i] = density_of(model, density_term(h2, Real(0)) + density[i] + reaction[i]);

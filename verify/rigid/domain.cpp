@@ -18,10 +18,10 @@ namespace {
 
 bool finite(const Vector3<float>& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
-// Makes `steps` steps in which bodies that have a velocity wait. So the others settle: bodies that touch at the start do
-// not bear one another yet.
-void settle(int steps, const rigid::StepSettings& settings, rigid::Step<float>* step, rigid::World<float>& world,
-            rigid::StepMemory<float>& memory) {
+// Makes `steps` steps in which bodies that have a velocity wait. The others come to rest: at the start, bodies that
+// touch do not bear one another yet.
+void let_rest(int steps, const rigid::StepSettings& settings, rigid::Step<float>* step, rigid::World<float>& world,
+              rigid::StepMemory<float>& memory) {
   rigid::Bodies<float>& bodies = world.bodies;
   const Array<rigid::Motion<float>> motion = bodies.motion;
   const Array<rigid::Quad<float>> inverse_mass = bodies.inverse_mass;
@@ -57,7 +57,7 @@ Simulation simulation(const RunOptions& options) {
   const Form form = find_form(forms, options.form, [&](const Form& f) { return f.variant == options.variant; });
   rigid::Bodies<float>& bodies = state->world.bodies;
   rigid::StepMemory<float>& memory = state->memory;
-  settle(scene.rest, state->settings, form.step, state->world, memory);
+  let_rest(scene.rest, state->settings, form.step, state->world, memory);
   const auto surfaces_of = [&](rigid::Part part) {
     return [state, part](const std::string& path) { rigid::write_surfaces(path, state->world, part); };
   };
