@@ -157,6 +157,23 @@ RigidRun run_rigid(const Scene& scene, Step<float>* step, int steps) {
   return run;
 }
 
+std::vector<double> energy_of_push(const Scene& scene, Step<float>* step, int steps) {
+  const StepSettings settings = settings_of(scene);
+  StepSettings unpushed = settings;
+  unpushed.solver.max_bias_velocity = 0;
+  World<float> world = scene.world;
+  StepMemory<float> memory;
+  std::vector<double> energies;
+  for (int i = 0; i < steps; ++i) {
+    World<float> other = world;
+    StepMemory<float> other_memory = memory;
+    step(unpushed, other, other_memory);
+    step(settings, world, memory);
+    energies.push_back(energy(world.bodies, scene.gravity) - energy(other.bodies, scene.gravity));
+  }
+  return energies;
+}
+
 std::vector<double> energy_forgotten(const Scene& scene, Step<float>* step, const RigidRun& run) {
   const StepSettings settings = settings_of(scene);
   std::vector<double> forgotten(run.frames.size(), 0);

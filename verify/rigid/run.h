@@ -33,6 +33,10 @@ struct RigidRun {
 };
 RigidRun run_rigid(const rigid::Scene& scene, rigid::Step<float>* step, int steps);
 
+// By how much position correction changed the energy in each step of a run, J: the energy after the step minus that
+// after the same step without the push that parts penetrating bodies (max_bias_velocity 0).
+std::vector<double> energy_of_push(const rigid::Scene& scene, rigid::Step<float>* step, int steps);
+
 // How far apart the energies of a run may be after each step, J. `step` runs three times more, with every body moved by
 // one ulp along one axis. The result is how far each of these runs has ever been from `run`, added up over the three.
 // Rounding disturbs all axes, and to first order effects add.

@@ -44,19 +44,21 @@ Case step_case(const std::string& path, Step<float>* serial, Step<float>* openmp
 
 // A whole run from the scene's start. Steps have the serial bits, so the run cannot leave the serial one. In addition
 // every number must be finite, momentum must change only by gravity and static bodies, to within rounding, and the
-// energy must be as near to the serial run's as a serial run whose start was changed by one ulp.
+// energy must be as near to the serial run's as a serial run whose start was changed by one ulp. It prints the most
+// energy that position correction adds in a step.
 Case run_case(const std::string& path, Step<float>* serial, Step<float>* openmp) {
   struct State {
     Scene scene;
     int steps;
     RigidRun expected, found;
-    std::vector<double> energy_forgotten;  // J, [step]
+    std::vector<double> energy_forgotten, push;  // J, [step]
   };
   constexpr double body_steps = 3e5;  // the length of a run: long enough for bodies to meet, short enough to wait for
-  auto s = std::make_shared<State>(State{load_scene(path), 0, {}, {}, {}});
+  auto s = std::make_shared<State>(State{load_scene(path), 0, {}, {}, {}, {}});
   s->steps = std::clamp(static_cast<int>(body_steps / s->scene.world.bodies.count), 5, 200);
   s->expected = run_rigid(s->scene, serial, s->steps);
   s->energy_forgotten = energy_forgotten(s->scene, serial, s->expected);
+  s->push = energy_of_push(s->scene, serial, s->steps);
   const double n = static_cast<double>(s->scene.world.bodies.count) * s->steps;
   return {
       .reset = [] {},
@@ -82,9 +84,11 @@ Case run_case(const std::string& path, Step<float>* serial, Step<float>* openmp)
                            forgotten = s->energy_forgotten[f];
               if (!(energies <= forgotten)) fail("energy is farther from the serial run's than that is from itself");
               if (judgement.passed && frame.momentum_error >= judgement.error) {
-                char text[160];
-                std::snprintf(text, sizeof text, "momentum%s; deepest %.2g mm; energy %.6g J, off by %.2g of %.2g",
-                              at.c_str(), 1e3 * frame.deepest, frame.energy, energies, forgotten);
+                char text[200];
+                std::snprintf(text, sizeof text,
+                              "momentum%s; deepest %.2g mm; energy %.6g J, off by %.2g of %.2g; push at most %.2g J",
+                              at.c_str(), 1e3 * frame.deepest, frame.energy, energies, forgotten,
+                              *std::ranges::max_element(s->push));
                 judgement.error = frame.momentum_error, judgement.worst_at = text;
               }
             }
