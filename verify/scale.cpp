@@ -10,11 +10,14 @@
 #include <iterator>
 #include <limits>
 #include <numeric>
+#include <utility>
+#include <vector>
 
 #include "verify/busy.h"
 #include "verify/costs.h"
 #include "verify/held_team.h"
 #include "verify/report.h"
+#include "verify/samples.h"
 #include "verify/selection.h"
 #include "verify/team.h"
 
@@ -22,7 +25,8 @@ namespace lockstep::verify {
 
 Model measure_model() {
   progress("what OpenMP and memory cost here");
-  const Model model = {measure_costs(), clock_cost_ns()};
+  Model model = {measure_costs(), clock_cost_ns(), 0};
+  for (int repeat = 0; repeat < 100; ++repeat) model.turns_per_ns = std::max(model.turns_per_ns, turns_per_ns(1));
   progress("");
   return model;
 }
@@ -37,7 +41,8 @@ Model less_disturbed(const Model& a, const Model& b) {
            .lock_moved = std::min(x.lock_moved, y.lock_moved),
            .dispatch = {std::min(x.dispatch.again, y.dispatch.again), std::min(x.dispatch.moved, y.dispatch.moved)},
            .bytes_per_ns = std::max(x.bytes_per_ns, y.bytes_per_ns)},
-          std::min(a.clock_cost_ns, b.clock_cost_ns)};
+          std::min(a.clock_cost_ns, b.clock_cost_ns),
+          std::max(a.turns_per_ns, b.turns_per_ns)};
 }
 
 nlohmann::ordered_json describe(const Model& model) {
@@ -72,7 +77,11 @@ nlohmann::ordered_json less_disturbed(const nlohmann::ordered_json& a, const nlo
   for (const auto* row : {&a, &b})
     if (!row->contains("measured_ms")) return row == &a ? b : a;  // its team was smaller than asked for
   nlohmann::ordered_json row = a["modelled_ms"].get<double>() <= b["modelled_ms"].get<double>() ? a : b;
-  const double measured_ms = std::min(a["measured_ms"].get<double>(), b["measured_ms"].get<double>());
+  const auto rank = [](const nlohmann::ordered_json& r) {
+    return std::pair(!r["whole_cores"].get<bool>(), r["measured_ms"].get<double>());
+  };
+  const auto [lack_cores, measured_ms] = std::min(rank(a), rank(b));
+  row["whole_cores"] = !lack_cores;
   row["measured_ms"] = measured_ms;
   row["off_by"] = row["modelled_ms"].get<double>() / measured_ms - 1;
   return row;
@@ -98,7 +107,7 @@ nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int
   const double bytes = what.bytes > last_level_cache() ? what.bytes : 0;
   const bool here = cores <= omp_get_num_procs();
   Replayed r = {.total = std::numeric_limits<double>::infinity()};
-  double measured_ms = r.total;
+  std::vector<Sample> samples;
   bool whole_teams = true;  // whether the measured runs had as many threads as `cores`
   const Effort effort = quick ? quick_effort : full_effort;
   const double enough = now() + (here ? effort.seconds_here : effort.seconds_beyond);
@@ -113,14 +122,16 @@ nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int
     if (each.total < r.total) r = each;
     if (!here) continue;
     what.reset();
-    take_team_sizes();
     hold_team(cores, [&] {
       wake_team();
+      const double turns_before = turns_per_ns(cores);
+      take_team_sizes();
       const double start = now();
       what.work();
-      measured_ms = std::min(measured_ms, 1e3 * (now() - start));
+      const double seconds = now() - start;
+      whole_teams &= take_team_sizes().are(cores);
+      samples.push_back({seconds, std::min(turns_before, turns_per_ns(cores))});
     });
-    whole_teams &= take_team_sizes().are(cores);
   }
   const double ms = 1e-6 * r.total, all = cores * r.total;
   nlohmann::ordered_json row = {
@@ -135,8 +146,11 @@ nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int
       {"dispatch", r.dispatch / all},
       {"waiting", r.waiting / all}};
   if (here && whole_teams) {
+    const Counted on_cores = counted(samples, cores * model.turns_per_ns, effort.least);
+    const double measured_ms = 1e3 * quantile(on_cores.samples, &Sample::seconds, 0);
     row["measured_ms"] = measured_ms;
     row["off_by"] = ms / measured_ms - 1;
+    row["whole_cores"] = !on_cores.lack_cores;
   }
   return row;
 }

@@ -28,6 +28,7 @@ def table(data):
                     rows.append(
                         {"scene": scene, "form": form, "kind": kind, "cores": r["cores"], "ms": r[ms]}
                         | (speed_ups if form != "reorder" else {})
+                        | (source.whole_cores(timed[0], r) if kind == "measured" else {})
                         | (source.where_time_goes(r) if kind == "modelled" else {})
                         | {"from": source.references(serial, timed[0], r)}
                     )
@@ -115,5 +116,6 @@ def draw(rows):
         axis.set_ylabel(label)
     names = {"batches": "batches, with the time to make them", "original": "original order"}
     keys = [style.series_key(SERIES[form], words) for form, words in names.items()]
-    style.key_below(figure, [*keys, *style.kinds_key(), style.paper_key(), style.ideal_key()])
+    keys += [*style.kinds_key(), *style.disturbed_key(rows), style.paper_key(), style.ideal_key()]
+    style.key_below(figure, keys)
     return figure

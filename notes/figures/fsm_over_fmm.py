@@ -46,13 +46,14 @@ def table(data):
                     }
                     | {"over_serial_marching": serial["fast_marching"]["measured_ms"] / best[ms]}
                     | {"over_own_serial": own["measured_ms"] / best[ms]}
-                    | (source.where_time_goes(best) if kind == "modelled" else {})
+                    | (source.where_time_goes(best) if kind == "modelled" else source.whole_cores(best))
                     | {"from": source.references(serial["fast_marching"], own, best)}
                 )
     for sweeping in [r for r in rows if r["kind"] != "serial" and r["algorithm"] == "fast_sweeping"]:
         marching = source.at(rows, kind=sweeping["kind"], algorithm="fast_marching", cores=sweeping["cores"])
         sweeping["marching_over_sweeping"] = marching["ms"] / sweeping["ms"]
         sweeping["from"] = source.references(sweeping, marching)
+        sweeping |= source.whole_cores(sweeping, marching)
     overlap = {
         r["blocks"]: r for r in source.rows_of(data, "levelset_blocks", algorithm="fast_marching", variant="openmp")
     }
@@ -159,5 +160,6 @@ def draw(rows):
     overlap.set_ylim(bottom=0)
     overlap.set_title("what padding costs (counted)")
     keys = [style.series_key(SERIES[a], f"fast {name}") for a, name in NAMES.items()]
-    style.key_below(figure, [*keys, *style.kinds_key(), style.paper_key(), style.ideal_key()])
+    keys += [*style.kinds_key(), *style.disturbed_key(rows), style.paper_key(), style.ideal_key()]
+    style.key_below(figure, keys)
     return figure

@@ -14,7 +14,7 @@ BAND = 0.1
 
 
 def table(data):
-    columns = ("kernel", "form", "scene", "cores", "measured_ms", "modelled_ms", "off_by", "from")
+    columns = ("kernel", "form", "scene", "cores", "measured_ms", "modelled_ms", "off_by", "whole_cores", "from")
     rows = [{c: r[c] for c in columns} for r in source.rows_of(data, "scale") if "off_by" in r]
     if not rows:
         raise source.Missing("scale.json: no row that was measured, too")
@@ -104,10 +104,13 @@ def draw(rows):
         places = [kernels.index(r["kernel"]) - 0.15 + 0.3 * series for r in own]
         look = {"color": style.COLOURS[series], "marker": style.MARKERS[series], "linestyle": "none", "markersize": 4.5}
         axis.plot([1 + r["off_by"] for r in own], places, markerfacecolor="white", label=page.threads(cores), **look)
+        lacking = [(1 + r["off_by"], place) for r, place in zip(own, places) if not r["whole_cores"]]
+        if lacking:
+            axis.plot(*zip(*lacking), marker="o", linestyle="none", **style.DISTURBED)
     style.log_x(
         axis, "modelled time / measured time", (1, 2, 5) if widest > 2 else (0.8, 0.9, 1, 1.1, 1.2, 1.4, 1.6, 1.8)
     )
     axis.set_yticks(range(len(kernels)), kernels)
     axis.set_ylim(len(kernels) - 0.4, -0.6)
-    style.key_below(figure, axis.get_legend_handles_labels()[0])
+    style.key_below(figure, axis.get_legend_handles_labels()[0] + style.disturbed_key(rows))
     return figure

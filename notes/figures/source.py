@@ -100,7 +100,7 @@ def over_cores(data, kernel, form, scene):
                     "ms": r[ms],
                     "spread": r.get("spread"),
                 }
-                | whole_cores(one, r)
+                | (whole_cores(one, r) if kind == "measured" else {})
                 | {"speed_up": one[ms] / r[ms], "speed_up_spread": spread_of_ratio(one, r) if r is not one else None}
                 | ({"compute_speed_up": one["compute_ms"] / r["compute_ms"]} if kind == "modelled" else {})
                 | where_time_goes(r)
@@ -116,7 +116,7 @@ def spread_of_ratio(a, b):
 
 
 def whole_cores(*rows):
-    """The column that says whether times of `bench` behind a value had whole cores; empty for other reports."""
+    """The column that says whether the times behind a value had whole cores; empty where none of them says so."""
     known = [r["whole_cores"] for r in rows if "whole_cores" in r]
     return {"whole_cores": all(known)} if known else {}
 
