@@ -12,10 +12,15 @@
 // any tolerance while b - A x stays near 2^-24 |A| |x| (Greenbaum, SIAM J. Matrix Anal. Appl. 18, 1997). So the true
 // one is reported beside it.
 //
+// Where the system can refresh, the true residual reaches the tolerance, too. Whenever |r| has fallen to a hundredth,
+// x is added to a sum in double that the system keeps, r becomes the true residual, and x goes on from 0; directions go
+// on as before, so that convergence does not begin anew. The sum is the solution, and x is 0 in the end.
+//
 // In: system; b. Out: x. Vectors of one length; x and b do not overlap. b = 0 gives x = 0 in no iteration. Stops, too,
 // where p . A p <= 0 or is NaN: A is then not positive definite, or x has overflown.
 //
-// Source: Hestenes and Stiefel (1952); Saad, Iterative Methods for Sparse Linear Systems (2nd ed., 2003),
+// Source: refreshing: Sleijpen and van der Vorst, Reliable updated residuals in hybrid Bi-CG methods, Computing 56
+//         (1996). Hestenes and Stiefel (1952); Saad, Iterative Methods for Sparse Linear Systems (2nd ed., 2003),
 //         algorithm 9.1.
 #pragma once
 
@@ -31,8 +36,10 @@ template <class Real>
 struct System {
   std::function<double(std::span<const Real> x, std::span<Real> y)> multiply;    // y = A x; returns x . y (dot.h)
   std::function<void(std::span<const Real> x, std::span<Real> y)> precondition;  // y = M^-1 x
-  // |b - A x|, computed in double (residual_norm).
+  // |b - A x|, computed in double (residual_norm). Not called if there is `refresh`.
   std::function<double(std::span<const Real> b, std::span<const Real> x)> residual;
+  // Adds x to the sum and sets it to 0; r = b - A (the sum), computed in double; returns r . r. May be absent.
+  std::function<double(std::span<Real> x, std::span<Real> r)> refresh = {};
 };
 
 struct Stop {

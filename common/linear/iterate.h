@@ -1,4 +1,5 @@
-// The loop of conjugate gradients, which is sequential: one text for serial/ and openmp/, which pass their kernels in.
+// The loop of conjugate gradients, which is sequential: one text for serial/ and openmp/, which pass their kernels in,
+// and for domains whose vectors have an order of their own.
 #pragma once
 
 #include <algorithm>
@@ -10,36 +11,51 @@
 
 namespace lockstep::linear {
 
+// The share of the last true residual at which it is computed anew.
+inline constexpr double refresh_at = 1e-2;
+
 template <class Real>
-Solution iterate(Dot<Real>& dot, Axpy<Real>& axpy, Advance<Real>& advance, Descend<Real>& descend,
-                 const System<Real>& system, std::span<const Real> b, std::span<Real> x, const Stop& stop) {
+struct VectorKernels {
+  Dot<Real>& dot;
+  Axpy<Real>& axpy;
+  Advance<Real>& advance;
+  Descend<Real>& descend;
+};
+
+// Vectors has functions dot, axpy, advance and descend, as dot.h and update.h say.
+template <class Real, class Vectors>
+Solution iterate(const Vectors& vectors, const System<Real>& system, std::span<const Real> b, std::span<Real> x,
+                 const Stop& stop) {
   std::fill(x.begin(), x.end(), Real(0));
-  const double norm_of_b = std::sqrt(dot(b, b));
+  const double norm_of_b = std::sqrt(vectors.dot(b, b));
   if (norm_of_b == 0) return {};
 
   Array<Real> r(b.begin(), b.end()), z(b.size()), p(b.size()), q(b.size());
   Solution solution{.iterations = 0, .recursive_residual = 1, .true_residual = 1};
-  const auto done = [&] {
-    return !(solution.recursive_residual > stop.tolerance) || solution.iterations >= stop.iterations;
-  };
+  double& residual = solution.recursive_residual;
+  double refreshed = 1;  // the residual when it was computed anew
+  const auto done = [&] { return !(residual > stop.tolerance) || solution.iterations >= stop.iterations; };
   double rz = 0;
   Real step = 0;  // along p; x takes it when the next direction is made, or at the end
   while (!done()) {
     system.precondition(r, z);
     const double rz_before = rz;
-    rz = dot(r, z);
+    rz = vectors.dot(r, z);
     if (solution.iterations == 0)
       std::copy(z.begin(), z.end(), p.begin());
     else
-      advance(step, z, static_cast<Real>(rz / rz_before), x, p);
+      vectors.advance(step, z, static_cast<Real>(rz / rz_before), x, p);
     const double pq = system.multiply(p, q);
     if (!(pq > 0)) break;
     step = static_cast<Real>(rz / pq);
-    solution.recursive_residual = std::sqrt(descend(step, q, r)) / norm_of_b;
+    residual = std::sqrt(vectors.descend(step, q, r)) / norm_of_b;
     ++solution.iterations;
-    if (done()) axpy(step, p, x);
+    const bool refreshes = system.refresh && (residual <= refresh_at * refreshed || done());
+    if (refreshes || done()) vectors.axpy(step, p, x), step = 0;
+    if (refreshes) residual = refreshed = std::sqrt(system.refresh(x, r)) / norm_of_b;
   }
-  solution.true_residual = system.residual(b, x) / norm_of_b;
+  solution.true_residual =
+      system.refresh ? std::sqrt(system.refresh(x, r)) / norm_of_b : system.residual(b, x) / norm_of_b;
   return solution;
 }
 

@@ -9,7 +9,8 @@
 namespace lockstep::linear::openmp {
 
 Solution conjugate_gradients(const System<Real>& system, std::span<const Real> b, std::span<Real> x, const Stop& stop) {
-  return iterate<Real>(dot, axpy, advance, descend, system, b, x, stop);
+  const VectorKernels<Real> kernels = {dot, axpy, advance, descend};
+  return iterate(kernels, system, b, x, stop);
 }
 
 }  // namespace lockstep::linear::openmp

@@ -1,0 +1,89 @@
+// Contract: the pressure of a system (system.h), by preconditioned conjugate gradients.
+//
+//   mic   preconditioned by the modified incomplete Cholesky factor, M = (E + L) E^-1 (E + L)^T, with L the matrix below
+//         its diagonal and E diagonal: for cell c with lower neighbours l (along -x, -y and -z),
+//
+//           e(c) = diagonal(c) - sum over l of share(l),  share(l) = (1 + tau (upper neighbours of l other than c)) / e(l)
+//           e(c) = diagonal(c) in place of any e(c) < sigma diagonal(c)
+//
+//         and M z = r by  y(c) = (r(c) + sum of y over lower neighbours) / e(c), cells ascending,
+//                         z(c) = y(c) + (sum of z over upper neighbours) / e(c), cells descending.
+//
+//         serial goes through the cells in order. openmp goes along wavefronts (openmp/production_fluid/skewed.h): each
+//         cell finds what it finds in order.
+//
+// Sums go over neighbours along x, then y, then z. A dot product adds the products of a line's cells in ascending order,
+// in double; sixteen lines of a plane, of y = 16 k to 16 k + 15, in the tree ((0 + 8) + (4 + 12)) + ...; and such
+// sixteens in ascending order of y, then z. So a solve has the same bits at every number of threads.
+//
+// The loop is linear/'s (common/linear/conjugate_gradients.h). It works in Real, and refreshes its residual from the sum
+// in double that the pressure is.
+//
+// In:     system; modification: tau and sigma; when to stop.
+// Out:    q, bordered as the system is, m/s; 0 in cells without a row. In a pocket its constant is any.
+// Returns the iterations and both residuals.
+// Source: [ITJ07] "Production Fluid"; Bridson, Fluid Simulation for Computer Graphics (2nd ed., 2015), 5.3.
+#pragma once
+
+#include "common/linear/conjugate_gradients.h"
+#include "common/linear/incomplete_cholesky.h"
+#include "common/math.h"
+#include "common/production_fluid/system.h"
+
+namespace lockstep::production_fluid {
+
+struct PressureSettings {
+  linear::Modification modification;
+  linear::Stop stop;
+};
+
+template <class Real>
+using PressureSolve = linear::Solution(const System<Real>& system, const PressureSettings& settings, Array<double>& q);
+
+namespace serial {
+PressureSolve<float> pressure_solve_mic;
+PressureSolve<double> pressure_solve_mic;
+}  // namespace serial
+
+namespace openmp {
+PressureSolve<float> pressure_solve_mic;
+}  // namespace openmp
+
+inline constexpr int lines_of_a_sum = 16;
+
+// --- Formulas; of numbers or of lanes
+
+// y(x) of y = A x.
+template <class Number>
+inline Number product(const Number& diagonal, const Number& here, const Number& low_x, const Number& high_x,
+                      const Number& low_y, const Number& high_y, const Number& low_z, const Number& high_z) {
+  return diagonal * here - (((low_x + high_x) + (low_y + high_y)) + (low_z + high_z));
+}
+
+// 1 / e of a cell, and its share in each upper neighbour; both 0 where the diagonal is 0.
+template <class Number>
+struct Pivot {
+  Number inverse, share;
+};
+template <class Number>
+inline Pivot<Number> pivot(const Number& diagonal, const Number& low_x, const Number& low_y, const Number& low_z,
+                           const Number& upper_neighbours, const Number& tau, const Number& sigma) {
+  const Number e = ((diagonal - low_x) - low_y) - low_z;
+  const Number safe = select(e < sigma * diagonal, diagonal, e);
+  const auto row = diagonal > Number(0);
+  const Number inverse = select(row, Number(1) / safe, Number(0));
+  return {inverse, select(row, (Number(1) + tau * (upper_neighbours - Number(1))) * inverse, Number(0))};
+}
+
+template <class Number>
+inline Number forward(const Number& inverse, const Number& r, const Number& low_x, const Number& low_y,
+                      const Number& low_z) {
+  return (((r + low_z) + low_y) + low_x) * inverse;
+}
+template <class Number>
+inline Number backward(const Number& inverse, const Number& y, const Number& high_x, const Number& high_y,
+                       const Number& high_z) {
+  return y + inverse * ((high_z + high_y) + high_x);
+}
+
+}  // namespace lockstep::production_fluid

@@ -1,0 +1,229 @@
+#include "common/production_fluid/scene.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "common/digits.h"
+#include "common/levelset/grid.h"
+#include "common/levelset/mesh.h"
+#include "common/levelset/shapes.h"
+#include "common/memory.h"
+#include "common/mesh_file.h"
+#include "common/scene_reader.h"
+
+namespace lockstep::production_fluid {
+namespace {
+
+using levelset::Grid;
+constexpr double pi = 3.14159265358979323846;
+constexpr int most = std::numeric_limits<int>::max();
+
+// Fields of phi, solid, velocities, of the system and of a solve, in float and in double.
+constexpr double bytes_per_cell = 160;
+
+// --- The grid
+
+Grid read_grid(const toml::table& scene) {
+  const toml::node& value = *scene.get("cells");
+  const std::string expected = "three whole numbers [x, y, z] from 1 to " + std::to_string(most);
+  const toml::array* array = value.as_array();
+  if (!array || array->size() != 3) refuse_value(value, "cells", expected);
+  const auto along = [&](int axis) {
+    const std::optional<std::int64_t> n = (*array)[axis].value_exact<std::int64_t>();
+    if (!n || *n < 1 || *n > most) refuse_value((*array)[axis], "cells", expected);
+    return static_cast<int>(*n);
+  };
+  const int nx = along(0), ny = along(1), nz = along(2);
+  // With one face more along each axis.
+  const double padded = (std::ceil((nx + 1.) / 16) * 16 + 2 * Field<float>::padding) * (ny + 1.) * (nz + 1.);
+  if (padded > most)
+    refuse_value(value, "cells", "at most " + digits_of(most) + " with padding, not " + digits_of(padded));
+  require_memory(bytes_per_cell * padded,
+                 position(value.source()) + ": a grid of " + digits_of(1. * nx * ny * nz) + " cells");
+  const double spacing = number_between(scene, "spacing", 1e-6, 1e6, "m").value_or(1. / nx);
+  return {.nx = nx, .ny = ny, .nz = nz, .spacing = spacing, .origin = {0, 0, 0}};
+}
+
+// --- Liquid and obstacles
+
+// Liquid up to a height that may be waved.
+struct Pool {
+  double height, amplitude;  // m
+  double half_waves_x, half_waves_z;
+  double shift;               // rad, along x
+  double length_x, length_z;  // m, of the box
+
+  double signed_distance(const Vector3<double>& p) const {
+    const double wave =
+        std::cos(half_waves_x * pi * p.x / length_x - shift) * std::cos(half_waves_z * pi * p.z / length_z);
+    return p.y - height - amplitude * wave;
+  }
+};
+
+Pool read_pool(const toml::table& table, const Grid& grid) {
+  check_keys(table, {"height"}, {"amplitude", "half_waves", "shift"});
+  Pool pool{.height = *number_between(table, "height", 0, 1e6, "m"),
+            .amplitude = number_between(table, "amplitude", 0, 1e6, "m").value_or(0),
+            .half_waves_x = 1,
+            .half_waves_z = 0,
+            .shift = number_between(table, "shift", -7, 7, "rad").value_or(0),
+            .length_x = grid.nx * grid.spacing,
+            .length_z = grid.nz * grid.spacing};
+  if (const toml::node* value = table.get("half_waves")) {
+    const std::string expected = "two numbers [x, z] from 0 to 1000";
+    const toml::array* array = value->as_array();
+    if (!array || array->size() != 2) refuse_value(*value, "half_waves", expected);
+    for (double* of : {&pool.half_waves_x, &pool.half_waves_z}) {
+      const std::optional<double> n = as_number((*array)[of == &pool.half_waves_z]);
+      if (!n || !(*n >= 0 && *n <= 1000)) refuse_value(*value, "half_waves", expected);
+      *of = *n;
+    }
+  }
+  return pool;
+}
+
+double length(const toml::table& table, std::string_view key) { return *number_between(table, key, 1e-9, 1e9, "m"); }
+
+// A sphere or a box, by the key that is there.
+levelset::Shape read_shape(const toml::table& table) {
+  check_keys(table, {"centre"}, {"radius", "half"});
+  const Vector3<double> centre = *vector(table, "centre", "m");
+  if (table.contains("radius") == table.contains("half")) refuse(table.source(), "expected one of radius and half");
+  if (table.contains("radius")) return levelset::Sphere{.centre = centre, .radius = length(table, "radius")};
+  return levelset::Box{.centre = centre, .half = *vector_between(table, "half", 1e-9, 1e9, "m")};
+}
+
+std::vector<levelset::Shape> read_shapes(const toml::table& scene, std::string_view key) {
+  std::vector<levelset::Shape> shapes;
+  for (const toml::table* table : subtables(scene, key)) shapes.push_back(read_shape(*table));
+  return shapes;
+}
+
+// The field of a distance at the centres of cells, and another value in the padding.
+template <class Distance>
+Field<float> field_of(const Grid& grid, float padding, const Distance& distance) {
+  Field<float> field =
+      levelset::make_field<float>(grid.nx, grid.ny, grid.nz, static_cast<float>(grid.spacing), padding);
+  for (int z = 0; z < grid.nz; ++z)
+    for (int y = 0; y < grid.ny; ++y)
+      for (int x = 0; x < grid.nx; ++x) field(x, y, z) = static_cast<float>(distance(x, y, z));
+  return field;
+}
+
+Field<float> read_liquid(const toml::table& scene, const Grid& grid) {
+  const std::vector<levelset::Shape> shapes = read_shapes(scene, "liquid");
+  const toml::table* pool_table = subtable(scene, "pool");
+  if (shapes.empty() && !pool_table) refuse(scene.source(), "liquid or pool is missing");
+  const std::optional<Pool> pool = pool_table ? std::optional(read_pool(*pool_table, grid)) : std::nullopt;
+  Field<float> phi = field_of(grid, 0, [&](int x, int y, int z) {
+    const Vector3<double> p = grid.position(x, y, z);
+    const double of_shapes = shapes.empty() ? 1e9 : levelset::signed_distance(shapes, p);
+    return pool ? std::min(of_shapes, pool->signed_distance(p)) : of_shapes;
+  });
+  return phi;
+}
+
+// Distances from obstacles; far from any, what lies beyond the largest box.
+Field<float> read_obstacles(const toml::table& scene, const Grid& grid, const std::string& path) {
+  const std::vector<levelset::Shape> shapes = read_shapes(scene, "obstacle");
+  Field<double> of_mesh;
+  if (const toml::table* table = subtable(scene, "mesh")) {
+    check_keys(*table, {"file"}, {"scale"});
+    const std::string file = beside(path, *text(*table, "file"));
+    const double scale = table->contains("scale") ? length(*table, "scale") : 1;
+    Mesh mesh = read_mesh(file);
+    require_closed(mesh, file);
+    for (Vector3<double>& p : mesh.points) p = scale * p;
+    of_mesh = levelset::signed_distance(mesh, grid);
+  }
+  return field_of(grid, -1, [&](int x, int y, int z) {
+    const double of_shapes = shapes.empty() ? 1e9 : levelset::signed_distance(shapes, grid.position(x, y, z));
+    return of_mesh.nx > 0 ? std::min(of_shapes, of_mesh(x, y, z)) : of_shapes;
+  });
+}
+
+// --- Velocities
+
+// Of a velocity in the box's own units, x / (length of the box along x) and so on.
+Vector3<double> rest(const Vector3<double>&) { return {0, 0, 0}; }
+
+// Cells of flow that have divergence everywhere, so that pressure has work to do.
+Vector3<double> swirl(const Vector3<double>& p) {
+  return {std::sin(pi * p.x) * std::cos(3 * pi * p.y) * std::cos(pi * p.z),
+          std::sin(pi * p.y) * (std::cos(2 * pi * p.x) - .3),
+          std::sin(pi * p.z) * std::cos(5 * pi * p.x) * std::cos(2 * pi * p.y)};
+}
+
+// LeVeque's, in which a sphere is drawn out to a sheet (SIAM J. Numer. Anal. 33, 1996).
+Vector3<double> enright(const Vector3<double>& p) {
+  const auto s = [](double x) { return std::sin(pi * x); };
+  const auto s2 = [](double x) { return std::sin(2 * pi * x); };
+  return {2 * s(p.x) * s(p.x) * s2(p.y) * s2(p.z), -s2(p.x) * s(p.y) * s(p.y) * s2(p.z),
+          -s2(p.x) * s2(p.y) * s(p.z) * s(p.z)};
+}
+
+// About the line along z through the middle, one turn in 628 s (Zalesak, J. Comput. Phys. 31, 1979).
+Vector3<double> turn(const Vector3<double>& p) { return {pi / 314 * (.5 - p.y), pi / 314 * (p.x - .5), 0}; }
+
+using Flow = Vector3<double>(const Vector3<double>&);
+
+Flow* read_flow(const toml::table& scene) {
+  constexpr std::pair<std::string_view, Flow*> flows[] = {
+      {"rest", rest}, {"swirl", swirl}, {"enright", enright}, {"turn", turn}};
+  const std::string name = text(scene, "flow").value_or("rest");
+  const auto found = std::ranges::find(flows, name, &std::pair<std::string_view, Flow*>::first);
+  if (found == std::end(flows))
+    refuse_value(*scene.get("flow"), "flow", R"(one of "rest", "swirl", "enright" and "turn")");
+  return found->second;
+}
+
+Faces<float> faces_of(const Grid& grid, Flow* flow) {
+  Faces<float> faces = make_faces<float>(grid.nx, grid.ny, grid.nz, static_cast<float>(grid.spacing));
+  const auto fill = [&](Field<float>& field, double dx, double dy, double dz, auto component) {
+    for (int z = 0; z < field.nz; ++z)
+      for (int y = 0; y < field.ny; ++y)
+        for (int x = 0; x < field.nx; ++x)
+          field(x, y, z) =
+              static_cast<float>(flow({(x + dx) / grid.nx, (y + dy) / grid.ny, (z + dz) / grid.nz}).*component);
+  };
+  fill(faces.u, 0, .5, .5, &Vector3<double>::x);
+  fill(faces.v, .5, 0, .5, &Vector3<double>::y);
+  fill(faces.w, .5, .5, 0, &Vector3<double>::z);
+  return faces;
+}
+
+void require_liquid(const Fluid<float>& fluid, const toml::table& scene) {
+  for (int z = 0; z < fluid.nz; ++z)
+    for (int y = 0; y < fluid.ny; ++y)
+      for (int x = 0; x < fluid.nx; ++x)
+        if (is_liquid(fluid.phi(x, y, z), fluid.solid(x, y, z))) return;
+  refuse(scene.source(), "no liquid: every cell is air or solid");
+}
+
+}  // namespace
+
+Scene load_scene(const std::string& path) {
+  const toml::table scene = read_scene(path, "production_fluid", {"kind", "cells"},
+                                       {"spacing", "open_top", "flow", "pool", "liquid", "obstacle", "mesh"});
+  const Grid grid = read_grid(scene);
+  Flow* const flow = read_flow(scene);
+  Scene made{.name = scene_name(path),
+             .path = path,
+             .fluid = {.nx = grid.nx,
+                       .ny = grid.ny,
+                       .nz = grid.nz,
+                       .spacing = static_cast<float>(grid.spacing),
+                       .open_top = truth(scene, "open_top").value_or(false),
+                       .phi = read_liquid(scene, grid),
+                       .solid = read_obstacles(scene, grid, path),
+                       .velocity = faces_of(grid, flow)}};
+  require_liquid(made.fluid, scene);
+  return made;
+}
+
+}  // namespace lockstep::production_fluid

@@ -1,0 +1,22 @@
+// Scenes of the production fluid. scenes/README.md has every key of the TOML, scenes/production_fluid/ examples.
+#pragma once
+
+#include <string>
+
+#include "common/production_fluid/state.h"
+
+namespace lockstep::production_fluid {
+
+struct Scene {
+  std::string name;  // the file's, without folder and extension
+  std::string path;
+  Fluid<float> fluid;
+};
+
+// Reads a TOML scene. Throws InputError in one line, `file:line:column: what was expected`, where the file cannot be
+// read, is not what scenes/README.md says (an unknown key, a wrong type, a number out of range or not finite, no
+// liquid), or does not fit the machine's memory, asked before the fields are made; likewise where a mesh is refused
+// (common/mesh_file.h) or is not closed (common/mesh.h).
+Scene load_scene(const std::string& path);
+
+}  // namespace lockstep::production_fluid

@@ -1,0 +1,263 @@
+// Solves the system of the pressure by conjugate gradients.
+//
+// The algorithm and its serial form stand in serial/production_fluid/pressure_solve.cpp. All vectors of the solve are in
+// the order of skewed.h, so that the triangular solves take sixteen cells at once with neighbours in the same order as
+// ever, and every other operation goes straight through memory. The system comes into that order once, and the pressure
+// leaves it whenever it is refreshed.
+//
+// The contract stands in common/production_fluid/pressure_solve.h.
+#include "common/production_fluid/pressure_solve.h"
+
+#include <algorithm>
+#include <ranges>
+#include <vector>
+
+#include "common/linear/iterate.h"
+#include "common/real.h"
+#include "common/simd.h"
+#include "common/simd_double.h"
+#include "openmp/production_fluid/skewed.h"
+
+namespace lockstep::production_fluid::openmp {
+namespace {
+
+static_assert(lines_of_a_sum == lanes);
+
+// Calls f(i) for each vector of a stretch, in order; i is where it stands.
+template <class F>
+LOCKSTEP_INLINE void for_each_vector(const Skewed& skewed, const Stretch& part, const F& f) {
+  const std::ptrdiff_t begin = skewed.at(part.tile, part.z, part.begin), end = skewed.at(part.tile, part.z, part.end);
+  for (std::ptrdiff_t i = begin; i < end; i += lanes) f(i);
+}
+template <class F>
+LOCKSTEP_INLINE void for_each_vector_backward(const Skewed& skewed, const Stretch& part, const F& f) {
+  const std::ptrdiff_t begin = skewed.at(part.tile, part.z, part.begin), end = skewed.at(part.tile, part.z, part.end);
+  for (std::ptrdiff_t i = end - lanes; i >= begin; i -= lanes) f(i);
+}
+
+// Calls f(tile) for each tile that has rows.
+template <class F>
+void for_each_tile(const Skewed& skewed, const F& f) {
+  const std::ptrdiff_t count = std::ssize(skewed.tiles());
+  // What f writes belongs to its tile.
+#pragma omp parallel for schedule(static)
+  for (std::ptrdiff_t k = 0; k < count; ++k) f(skewed.tiles()[k]);
+}
+
+// The sum over all tiles of f(tile), sixteen sums, one a line. A lane adds up its line in ascending order of x; lanes
+// without a row add 0 to a sum that began at 0, which changes no bit.
+template <class F>
+double sum(const Skewed& skewed, const F& f) {
+  const std::ptrdiff_t count = std::ssize(skewed.tiles());
+  std::vector<double> sums(count);
+  // A tile writes its own sum, and what f writes belongs to the tile.
+#pragma omp parallel for schedule(static)
+  for (std::ptrdiff_t k = 0; k < count; ++k) sums[k] = reduce_add(f(skewed.tiles()[k]));
+  double sum = 0;
+  for (const double s : sums) sum += s;
+  return sum;
+}
+
+// What the loop of conjugate gradients does with vectors (common/linear/dot.h, update.h).
+struct Vectors {
+  const Skewed& skewed;
+
+  double dot(std::span<const Real> x, std::span<const Real> y) const {
+    return sum(skewed, [&](const Stretch& tile) {
+      doublev lines = 0.;
+      for_each_vector(skewed, tile,
+                      [&](std::size_t i) { lines = lines + to_double(load(&x[i])) * to_double(load(&y[i])); });
+      return lines;
+    });
+  }
+  void axpy(Real a, std::span<const Real> x, std::span<Real> y) const {
+    for_each_tile(skewed, [&](const Stretch& tile) {
+      for_each_vector(skewed, tile, [&](std::size_t i) { store(&y[i], load(&y[i]) + a * load(&x[i])); });
+    });
+  }
+  void advance(Real a, std::span<const Real> z, Real b, std::span<Real> x, std::span<Real> p) const {
+    for_each_tile(skewed, [&](const Stretch& tile) {
+      for_each_vector(skewed, tile, [&](std::size_t i) {
+        const floatv along = load(&p[i]);
+        store(&x[i], load(&x[i]) + a * along);
+        store(&p[i], load(&z[i]) + b * along);
+      });
+    });
+  }
+  double descend(Real a, std::span<const Real> q, std::span<Real> r) const {
+    return sum(skewed, [&](const Stretch& tile) {
+      doublev lines = 0.;
+      for_each_vector(skewed, tile, [&](std::size_t i) {
+        const floatv rest = load(&r[i]) - a * load(&q[i]);
+        store(&r[i], rest);
+        lines = lines + to_double(rest) * to_double(rest);
+      });
+      return lines;
+    });
+  }
+};
+
+// Neighbours of the sixteen cells at `at`.
+LOCKSTEP_INLINE floatv low_x(const Real* at) { return load(at - Skewed::along_x); }
+LOCKSTEP_INLINE floatv high_x(const Real* at) { return load(at + Skewed::along_x); }
+LOCKSTEP_INLINE floatv low_y(const Skewed& skewed, const Real* at) {
+  return shift_up(low_x(at), at[skewed.to_low_tile() + lanes - 1]);
+}
+LOCKSTEP_INLINE floatv high_y(const Skewed& skewed, const Real* at) {
+  return shift_down(high_x(at), at[skewed.to_high_tile()]);
+}
+LOCKSTEP_INLINE floatv low_z(const Skewed& skewed, const Real* at) { return load(at - skewed.along_z()); }
+LOCKSTEP_INLINE floatv high_z(const Skewed& skewed, const Real* at) { return load(at + skewed.along_z()); }
+
+double multiply(const Skewed& skewed, const Array<Real>& diagonal, std::span<const Real> x, std::span<Real> y) {
+  return sum(skewed, [&](const Stretch& tile) {
+    doublev lines = 0.;
+    for_each_vector(skewed, tile, [&](std::size_t i) {
+      const Real* const at = &x[i];
+      const floatv here = load(at), d = load(&diagonal[i]);
+      const floatv row = product(d, here, low_x(at), high_x(at), low_y(skewed, at), high_y(skewed, at),
+                                 low_z(skewed, at), high_z(skewed, at));
+      const floatv found = select(d > 0.f, row, 0.f);
+      store(&y[i], found);
+      lines = lines + to_double(here) * to_double(found);
+    });
+    return lines;
+  });
+}
+
+// Calls f(part) for all parts, stage after stage. Every thread of the team must call it. The barrier at the end of a
+// stage makes what its parts wrote visible to the next.
+template <class Stages, class F>
+void for_each_part(const Stages& stages, const F& f) {
+  for (const std::vector<Stretch>& parts : stages) {
+    const std::ptrdiff_t count = std::ssize(parts);
+    // Parts of a stage do not wait for one another, and each writes its own cells.
+#pragma omp for schedule(static)
+    for (std::ptrdiff_t k = 0; k < count; ++k) f(parts[k]);
+  }
+}
+
+// 1 / e of all cells.
+Array<Real> make_inverses(const Skewed& skewed, const Array<Real>& diagonal, const linear::Modification& modification) {
+  const floatv tau = static_cast<Real>(modification.tau), sigma = static_cast<Real>(modification.sigma);
+  Array<Real> inverse(skewed.size()), share(skewed.size());
+#pragma omp parallel
+  for_each_part(skewed.stages(), [&](const Stretch& part) {
+    for_each_vector(skewed, part, [&](std::size_t i) {
+      const auto row = [](floatv d) { return select(d > 0.f, floatv(1.f), floatv(0.f)); };
+      const Real *const d = &diagonal[i], *const s = &share[i];
+      const floatv upper_neighbours = row(high_x(d)) + row(high_y(skewed, d)) + row(high_z(skewed, d));
+      const Pivot<floatv> p =
+          pivot(load(d), low_x(s), low_y(skewed, s), low_z(skewed, s), upper_neighbours, tau, sigma);
+      store(&inverse[i], p.inverse), store(&share[i], p.share);
+    });
+  });
+  return inverse;
+}
+
+// z = M^-1 r.
+void precondition(const Skewed& skewed, const Array<Real>& inverse, std::span<const Real> r, std::span<Real> z) {
+#pragma omp parallel
+  {
+    for_each_part(skewed.stages(), [&](const Stretch& part) {
+      for_each_vector(skewed, part, [&](std::size_t i) {
+        const Real* const at = &z[i];
+        store(&z[i], forward(load(&inverse[i]), load(&r[i]), low_x(at), low_y(skewed, at), low_z(skewed, at)));
+      });
+    });
+    for_each_part(std::views::reverse(skewed.stages()), [&](const Stretch& part) {
+      for_each_vector_backward(skewed, part, [&](std::size_t i) {
+        const Real* const at = &z[i];
+        store(&z[i], backward(load(&inverse[i]), load(at), high_x(at), high_y(skewed, at), high_z(skewed, at)));
+      });
+    });
+  }
+}
+
+// --- To the order of the cells and back
+
+// Cells of lane l in vectors s .. s + 15: x = begin .. end - 1, from place `first` of sixteen on.
+struct Cells {
+  int y, begin, end, first;
+};
+Cells cells_of(const Bordered& cells, const Stretch& tile, int s, int l) {
+  const int y = tile.tile * lanes + l, x = s - l, begin = std::max(x, 0);
+  return {y, begin, y < cells.ny ? std::min(x + lanes, cells.nx) : begin, begin - x};
+}
+
+// Fills a tile with values of its cells: value(x, y, z).
+template <class Value>
+void fill(const Skewed& skewed, const Stretch& tile, std::span<Real> to, const Value& value) {
+  for (int s = tile.begin; s < tile.end; s += lanes) {
+    floatv square[lanes];
+    for (int l = 0; l < lanes; ++l) {
+      Real line[lanes] = {};
+      const auto [y, begin, end, first] = cells_of(skewed.cells(), tile, s, l);
+      for (int x = begin; x < end; ++x) line[first + x - begin] = value(skewed.cells().index(x, y, tile.z));
+      square[l] = load(line);
+    }
+    transpose(square);
+    for (int k = 0; k < std::min(lanes, tile.end - s); ++k) store(&to[skewed.at(tile.tile, tile.z, s + k)], square[k]);
+  }
+}
+
+// Calls f(i, value) for the cells of a tile; i is where the cell stands in bordered arrays.
+template <class F>
+void for_each_value(const Skewed& skewed, const Stretch& tile, std::span<const Real> from, const F& f) {
+  for (int s = tile.begin; s < tile.end; s += lanes) {
+    floatv square[lanes];
+    for (int k = 0; k < lanes; ++k)
+      square[k] = s + k < tile.end ? load(&from[skewed.at(tile.tile, tile.z, s + k)]) : floatv(0.f);
+    transpose(square);
+    for (int l = 0; l < lanes; ++l) {
+      Real line[lanes];
+      store(line, square[l]);
+      const auto [y, begin, end, first] = cells_of(skewed.cells(), tile, s, l);
+      for (int x = begin; x < end; ++x) f(skewed.cells().index(x, y, tile.z), line[first + x - begin]);
+    }
+  }
+}
+
+Array<Real> skew(const Skewed& skewed, const Array<Real>& of_cells) {
+  Array<Real> to(skewed.size());
+  for_each_tile(skewed,
+                [&](const Stretch& tile) { fill(skewed, tile, to, [&](std::size_t i) { return of_cells[i]; }); });
+  return to;
+}
+
+// Adds x to the pressure, sets it to 0, and computes the residual of the pressure.
+double refresh(const System<Real>& system, const Skewed& skewed, Array<double>& q, std::span<Real> x,
+               std::span<Real> r) {
+  for_each_tile(skewed, [&](const Stretch& tile) {
+    for_each_value(skewed, tile, x, [&](std::size_t i, Real value) { q[i] += value; });
+    for_each_vector(skewed, tile, [&](std::size_t i) { store(&x[i], floatv(0.f)); });
+  });
+  const std::ptrdiff_t line = system.cells.line(), plane = system.cells.plane();
+  for_each_tile(skewed, [&](const Stretch& tile) {
+    fill(skewed, tile, r, [&](std::size_t i) {
+      const double* const at = &q[i];
+      const double row =
+          product<double>(system.diagonal[i], at[0], at[-1], at[1], at[-line], at[line], at[-plane], at[plane]);
+      return system.diagonal[i] > 0 ? static_cast<Real>(system.right[i] - row) : 0;
+    });
+  });
+  return Vectors{skewed}.dot(r, r);
+}
+
+}  // namespace
+
+linear::Solution pressure_solve_mic(const System<Real>& system, const PressureSettings& settings, Array<double>& q) {
+  q.assign(system.cells.size(), 0);
+  const Skewed skewed(system);
+  const Array<Real> diagonal = skew(skewed, system.diagonal), right = skew(skewed, system.right),
+                    inverse = make_inverses(skewed, diagonal, settings.modification);
+  const linear::System<Real> operators = {
+      .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(skewed, diagonal, x, y); },
+      .precondition = [&](std::span<const Real> x, std::span<Real> y) { precondition(skewed, inverse, x, y); },
+      .residual = nullptr,
+      .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, skewed, q, x, r); }};
+  Array<Real> x(skewed.size());
+  return linear::iterate(Vectors{skewed}, operators, std::span<const Real>(right), std::span(x), settings.stop);
+}
+
+}  // namespace lockstep::production_fluid::openmp

@@ -1,0 +1,102 @@
+// Vectors over the cells of a system, laid out along wavefronts: sixteen cells that do not wait for one another in a
+// triangular solve stand side by side.
+//
+// A solve works on a cell once its neighbours along -x, -y and -z are done. So in sixteen lines along x, one above the
+// other, lane l is cell x = s - l of line l in vector s. Its neighbours along x are the same lane of vectors s - 1 and
+// s + 1, those along y the lanes beside in the same two vectors, and those along z the same lane of vector s a plane up
+// or down. Solves against x, y and z go through the same vectors backwards. Sixteen lines of a plane are a tile; the
+// outer neighbours of its first and last lane are in the tiles beside.
+//
+// Lanes without a row of the system hold 0, lanes beyond the box among them. A tile more on either side, and a plane
+// more, are all 0. Loads at the ends of a tile may reach into the tile before or after it in memory, but only lanes
+// without a row see what they find there, and it is finite.
+//
+// No serial twin: serial vectors are in the order of the cells.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include "common/array.h"
+#include "common/production_fluid/system.h"
+#include "common/simd.h"
+
+namespace lockstep::production_fluid::openmp {
+
+// Vectors begin .. end - 1 of a tile in a plane.
+struct Stretch {
+  int tile, z, begin, end;
+};
+
+class Skewed {
+ public:
+  explicit Skewed(const System<float>& system);
+
+  // The tiles that have rows, and their vectors from the first to the last with a row; by z, then by tile.
+  const std::vector<Stretch>& tiles() const { return tiles_; }
+
+  // The same in parts, stage by stage: a part waits for parts of stages before its own alone, in a solve along x, y and
+  // z; backwards, for those after.
+  const std::vector<std::vector<Stretch>>& stages() const { return stages_; }
+
+  std::size_t size() const {  // elements of a vector
+    return padded(static_cast<std::size_t>(stride()) * lanes * (tiles_along_y_ + 2) * (cells_.nz + 2) + 2 * margin());
+  }
+  // Where lane 0 of vector s stands.
+  std::ptrdiff_t at(int tile, int z, int s) const {
+    return margin() + (((z + 1) * std::ptrdiff_t(tiles_along_y_ + 2) + tile + 1) * stride() + s) * lanes;
+  }
+  // From a vector to the one with its neighbours along +x, and along +z.
+  static constexpr std::ptrdiff_t along_x = lanes;
+  std::ptrdiff_t along_z() const { return stride() * lanes * (tiles_along_y_ + 2); }
+  // From a vector to the one whose last lane is the neighbour along -y of its first lane.
+  std::ptrdiff_t to_low_tile() const { return (lanes - 1 - stride()) * lanes; }
+  // From a vector to the one whose first lane is the neighbour along +y of its last lane.
+  std::ptrdiff_t to_high_tile() const { return -to_low_tile(); }
+
+  const Bordered& cells() const { return cells_; }
+
+ private:
+  std::ptrdiff_t stride() const { return cells_.nx + lanes - 1; }  // vectors of a tile in a plane
+  static constexpr std::ptrdiff_t margin() { return 2 * lanes * lanes; }
+
+  Bordered cells_;
+  int tiles_along_y_;
+  std::vector<Stretch> tiles_;
+  std::vector<std::vector<Stretch>> stages_;
+};
+
+// The parts of a tile end where x + y is a multiple of this: small enough for many parts a stage, large enough for few
+// stages.
+inline constexpr int part_length = 32;
+
+inline Skewed::Skewed(const System<float>& system)
+    : cells_(system.cells), tiles_along_y_((cells_.ny + lanes - 1) / lanes) {
+  for (int z = 0; z < cells_.nz; ++z)
+    for (int tile = 0; tile < tiles_along_y_; ++tile) {
+      Stretch all = {tile, z, cells_.nx + lanes, 0};
+      for (int l = 0; l < std::min(lanes, cells_.ny - tile * lanes); ++l) {
+        const int line = tile * lanes + l + cells_.ny * z, first = system.first_run[line],
+                  last = system.first_run[line + 1] - 1;
+        if (first > last) continue;
+        all.begin = std::min(all.begin, system.runs[first].begin + l);
+        all.end = std::max(all.end, system.runs[last].end + l);
+      }
+      if (all.begin < all.end) tiles_.push_back(all);
+    }
+  // Vector s of a tile has cells of x + y = s + 16 tile. A part waits for vectors of lesser x + y in the tile before,
+  // and for the same vectors in the plane before.
+  for (const Stretch& all : tiles_) {
+    const int skew = all.tile * lanes;
+    for (int begin = all.begin; begin < all.end;) {
+      const int chunk = (begin + skew) / part_length, end = std::min(all.end, (chunk + 1) * part_length - skew);
+      const std::size_t stage = all.tile + all.z + chunk;
+      if (stages_.size() <= stage) stages_.resize(stage + 1);
+      stages_[stage].push_back({all.tile, all.z, begin, end});
+      begin = end;
+    }
+  }
+}
+
+}  // namespace lockstep::production_fluid::openmp

@@ -1,0 +1,137 @@
+// Solves the system of the pressure by conjugate gradients.
+//
+// Without a preconditioner information moves one cell an iteration. Each solve with an incomplete Cholesky factor takes
+// it through the whole grid, there and back: fewer iterations, by the square root of that. The factor is that of
+// elimination in the order of the cells, with what would fill zeros of the matrix added to the diagonal instead
+// (modified), so that sums of rows stay what they are; tau and sigma keep it away from breakdown.
+//
+// The matrix is never stored: off its diagonal it is -1 for each liquid neighbour. Where no liquid is, all vectors are
+// 0, and contribute nothing.
+//
+// The contract stands in common/production_fluid/pressure_solve.h.
+#include "common/production_fluid/pressure_solve.h"
+
+#include <algorithm>
+
+#include "common/linear/iterate.h"
+#include "common/real.h"
+
+namespace lockstep::production_fluid::serial {
+namespace {
+
+// Calls f(i) for each cell with a row, in order of x, y, z or in the opposite one; i is where it stands.
+template <class F>
+void for_each_cell(const System<Real>& system, const F& f) {
+  for_each_run(system, [&](std::size_t first, int count, int) {
+    for (int k = 0; k < count; ++k) f(first + k);
+  });
+}
+template <class F>
+void for_each_cell_backward(const System<Real>& system, const F& f) {
+  const auto [nx, ny, nz] = system.cells;
+  for (int z = nz - 1; z >= 0; --z)
+    for (int y = ny - 1; y >= 0; --y)
+      for (int run = system.first_run[y + ny * z + 1] - 1; run >= system.first_run[y + ny * z]; --run)
+        for (int x = system.runs[run].end - 1; x >= system.runs[run].begin; --x) f(system.cells.index(x, y, z));
+}
+
+// The sum of f(i) over all cells, in the order of the contract.
+template <class F>
+double sum(const System<Real>& system, const F& f) {
+  const auto [nx, ny, nz] = system.cells;
+  double sum = 0;
+  for (int z = 0; z < nz; ++z)
+    for (int first_line = 0; first_line < ny; first_line += lines_of_a_sum) {
+      double line[lines_of_a_sum] = {};
+      for (int l = 0; l < std::min(lines_of_a_sum, ny - first_line); ++l)
+        for_each_run_of_line(system, first_line + l, z, [&](std::size_t first, int count, int) {
+          for (int k = 0; k < count; ++k) line[l] += f(first + k);
+        });
+      for (int half = lines_of_a_sum / 2; half > 0; half /= 2)
+        for (int l = 0; l < half; ++l) line[l] += line[l + half];
+      sum += line[0];
+    }
+  return sum;
+}
+
+// What the loop of conjugate gradients does with vectors (common/linear/dot.h, update.h).
+struct Vectors {
+  const System<Real>& system;
+
+  double dot(std::span<const Real> x, std::span<const Real> y) const {
+    return sum(system, [&](std::size_t i) { return static_cast<double>(x[i]) * y[i]; });
+  }
+  void axpy(Real a, std::span<const Real> x, std::span<Real> y) const {
+    for_each_cell(system, [&](std::size_t i) { y[i] += a * x[i]; });
+  }
+  void advance(Real a, std::span<const Real> z, Real b, std::span<Real> x, std::span<Real> p) const {
+    for_each_cell(system, [&](std::size_t i) {
+      x[i] += a * p[i];
+      p[i] = z[i] + b * p[i];
+    });
+  }
+  double descend(Real a, std::span<const Real> q, std::span<Real> r) const {
+    for_each_cell(system, [&](std::size_t i) { r[i] -= a * q[i]; });
+    return dot(r, r);
+  }
+};
+
+// Row i of A x.
+template <class T>
+T row_times(const System<Real>& system, const T* x, std::size_t i) {
+  const std::ptrdiff_t line = system.cells.line(), plane = system.cells.plane();
+  const T* const at = x + i;
+  return product<T>(system.diagonal[i], at[0], at[-1], at[1], at[-line], at[line], at[-plane], at[plane]);
+}
+
+double multiply(const System<Real>& system, std::span<const Real> x, std::span<Real> y) {
+  for_each_cell(system, [&](std::size_t i) { y[i] = row_times(system, x.data(), i); });
+  return Vectors{system}.dot(x, y);
+}
+
+// Adds x to the pressure, sets it to 0, and computes the residual of the pressure.
+double refresh(const System<Real>& system, Array<double>& q, std::span<Real> x, std::span<Real> r) {
+  for_each_cell(system, [&](std::size_t i) { q[i] += x[i], x[i] = 0; });
+  for_each_cell(system,
+                [&](std::size_t i) { r[i] = static_cast<Real>(system.right[i] - row_times(system, q.data(), i)); });
+  return Vectors{system}.dot(r, r);
+}
+
+// 1 / e of all cells.
+Array<Real> make_inverses(const System<Real>& system, const linear::Modification& modification) {
+  const std::ptrdiff_t line = system.cells.line(), plane = system.cells.plane();
+  const Real tau = static_cast<Real>(modification.tau), sigma = static_cast<Real>(modification.sigma);
+  Array<Real> inverse(system.cells.size()), share(system.cells.size());
+  for_each_cell(system, [&](std::size_t i) {
+    const Real* const diagonal = &system.diagonal[i];
+    const Real upper_neighbours = Real(diagonal[1] > 0) + Real(diagonal[line] > 0) + Real(diagonal[plane] > 0);
+    const Pivot<Real> p =
+        pivot(*diagonal, share[i - 1], share[i - line], share[i - plane], upper_neighbours, tau, sigma);
+    inverse[i] = p.inverse, share[i] = p.share;
+  });
+  return inverse;
+}
+
+// z = M^-1 r.
+void precondition(const System<Real>& system, const Array<Real>& inverse, std::span<const Real> r, std::span<Real> z) {
+  const std::ptrdiff_t line = system.cells.line(), plane = system.cells.plane();
+  for_each_cell(system, [&](std::size_t i) { z[i] = forward(inverse[i], r[i], z[i - 1], z[i - line], z[i - plane]); });
+  for_each_cell_backward(
+      system, [&](std::size_t i) { z[i] = backward(inverse[i], z[i], z[i + 1], z[i + line], z[i + plane]); });
+}
+
+}  // namespace
+
+linear::Solution pressure_solve_mic(const System<Real>& system, const PressureSettings& settings, Array<double>& q) {
+  q.assign(system.cells.size(), 0);
+  const Array<Real> inverse = make_inverses(system, settings.modification);
+  const linear::System<Real> operators = {
+      .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(system, x, y); },
+      .precondition = [&](std::span<const Real> x, std::span<Real> y) { precondition(system, inverse, x, y); },
+      .residual = nullptr,
+      .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, q, x, r); }};
+  Array<Real> x(system.cells.size());
+  return linear::iterate(Vectors{system}, operators, std::span<const Real>(system.right), std::span(x), settings.stop);
+}
+
+}  // namespace lockstep::production_fluid::serial

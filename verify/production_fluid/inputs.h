@@ -1,0 +1,25 @@
+// Scenes of the production fluid as the kernels find them.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "common/production_fluid/scene.h"
+#include "common/production_fluid/system.h"
+#include "verify/kernel.h"
+
+namespace lockstep::verify::production_fluid_inputs {
+
+struct Inputs {
+  production_fluid::Scene scene;
+  production_fluid::System<float> system;  // of the pressure, by the serial text
+};
+std::shared_ptr<const Inputs> inputs(const std::string& path);
+
+double cells_of(const Inputs& in);         // of the box
+double liquid_cells_of(const Inputs& in);  // that have a row of the system
+
+// For all kernels of the pressure.
+Scenes pressure_scenes();
+
+}  // namespace lockstep::verify::production_fluid_inputs
