@@ -53,10 +53,10 @@ Grid read_grid(const toml::table& scene) {
 
 // Liquid up to a height that may be waved.
 struct Pool {
-  double height, amplitude;  // m
-  double half_waves_x, half_waves_z;
-  double shift;               // rad, along x
-  double length_x, length_z;  // m, of the box
+  double height = -1e9, amplitude = 0;  // m
+  double half_waves_x = 1, half_waves_z = 0;
+  double shift = 0;                   // rad, along x
+  double length_x = 1, length_z = 1;  // m, of the box
 
   double signed_distance(const Vector3<double>& p) const {
     const double wave =
@@ -119,13 +119,12 @@ Field<float> read_liquid(const toml::table& scene, const Grid& grid) {
   const std::vector<levelset::Shape> shapes = read_shapes(scene, "liquid");
   const toml::table* pool_table = subtable(scene, "pool");
   if (shapes.empty() && !pool_table) refuse(scene.source(), "liquid or pool is missing");
-  const std::optional<Pool> pool = pool_table ? std::optional(read_pool(*pool_table, grid)) : std::nullopt;
-  Field<float> phi = field_of(grid, 0, [&](int x, int y, int z) {
+  const Pool pool = pool_table ? read_pool(*pool_table, grid) : Pool{};
+  return field_of(grid, 0, [&](int x, int y, int z) {
     const Vector3<double> p = grid.position(x, y, z);
     const double of_shapes = shapes.empty() ? 1e9 : levelset::signed_distance(shapes, p);
-    return pool ? std::min(of_shapes, pool->signed_distance(p)) : of_shapes;
+    return std::min(of_shapes, pool.signed_distance(p));
   });
-  return phi;
 }
 
 // Distances from obstacles; far from any, what lies beyond the largest box.
