@@ -17,6 +17,7 @@
 #include "common/levelset/scene.h"
 #include "common/linear/scene.h"
 #include "common/memory.h"
+#include "common/production_fluid/scene.h"
 #include "common/rigid/arrays.h"
 #include "common/rigid/scene.h"
 #include "common/toml.h"
@@ -66,6 +67,7 @@ const std::string sheet =
 const std::string fluid_block =
     "kind = \"fluid\"\nparticles_per_metre = 100\n[[block]]\nmin = [0, 0, 0]\nmax = [0.03, 0.03, 0.03]\n";
 const std::string level = "kind = \"levelset\"\npoints = [10, 11, 12]\n";
+const std::string box_of_cells = "kind = \"production_fluid\"\ncells = [10, 11, 12]\n";
 const std::string bodies = "kind = \"rigid\"\nframes = 2\n[[body]]\nbox = [1, 1, 1]\nmass = 1\n";
 
 std::string base_of(const std::string& domain, const std::string& section) {
@@ -90,6 +92,9 @@ std::string base_of(const std::string& domain, const std::string& section) {
       {"rigid/dominoes", bodies + "[[dominoes]]\ncount = 2\n"},
       {"rigid/pit", bodies + "[[pit]]\nof = \"boxes\"\ncount = 2\n"},
       {"rigid/soup", bodies + "[[soup]]\nof = \"boxes\"\ncount = 2\noverlapping = 0.1\n"},
+      {"production_fluid", box_of_cells + "[pool]\nheight = 0.4\n[[liquid]]\ncentre = [0.5, 0.8, 0.5]\n"
+                                         "radius = 0.2\n[[obstacle]]\ncentre = [0.5, 0.2, 0.5]\nradius = 0.2\n"},
+      {"production_fluid/mesh", box_of_cells + "[pool]\nheight = 0.4\n[mesh]\nfile = \"a.obj\"\n"},
       {"linear", "kind = \"linear\"\n[poisson]\ncells = 12\n"},
       {"linear/elasticity", "kind = \"linear\"\n[elasticity]\npoints = 2\n"},
       {"linear/file", "kind = \"linear\"\n[file]\nmatrix = \"a.mtx\"\n"}};
@@ -148,6 +153,10 @@ std::uint64_t hash_of_scene(const std::string& domain, const std::string& path) 
   if (domain == "rigid") {
     const rigid::Scene s = rigid::load_scene(path);
     return hash_all(s.time_step, s.gravity, s.iterations, s.frames, s.rest, s.settle, hash_of(s.world));
+  }
+  if (domain == "production_fluid") {
+    const production_fluid::Scene s = production_fluid::load_scene(path);
+    return hash_all(s.fluid.nx, s.fluid.ny, s.fluid.nz, s.fluid.spacing, s.fluid.open_top, hash_of(s.fluid));
   }
   const linear::Scene s = linear::load_scene(path);
   return hash_all(s.stop.tolerance, s.stop.iterations, s.modification.tau,
@@ -287,7 +296,7 @@ TEST_F(SceneReference, RangesAreThoseOfTheReaders) {
     const std::string three = error(domain, section, row.key, "0.5");
     const bool is_list = three.find("three") != std::string::npos;
     const auto written = [&](const std::string& x) {
-      const std::string rest = row.key == "points" ? "9" : "1";
+      const std::string rest = is_whole(row) ? "9" : "1";
       return is_list ? "[" + rest + ", " + x + ", " + rest + "]" : x;
     };
     const auto check = [&](const std::string& outside, const std::string& end) {
@@ -299,8 +308,8 @@ TEST_F(SceneReference, RangesAreThoseOfTheReaders) {
     if (is_whole(row) && !is_list) {
       check(std::to_string(std::stoll(range[1]) - 1), range[1]);
       if (high < 9e18) check(std::to_string(std::stoll(range[2]) + 1), range[2]);
-    } else if (row.key == "points") {
-      check("1", "2");
+    } else if (is_whole(row)) {
+      check(std::to_string(std::stoll(range[1]) - 1), range[1]);
     } else {
       check(text_of(low > 0 ? low * (1 - 1e-9) : low < 0 ? low * (1 + 1e-9) : -1e-9), text_of(low));
       check(text_of(high * (1 + 1e-9)), text_of(high));
