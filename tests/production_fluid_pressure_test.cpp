@@ -103,6 +103,16 @@ TEST(ProductionFluidPressure, TakesAsManyIterationsAsIsKnown) {
   }
 }
 
+// A block of sixteen lines and planes that holds all of the liquid is the whole factor.
+TEST(ProductionFluidPressure, OfOneBlockIsTheWhole) {
+  System<float> system;
+  serial::make_system(make_random(40, 16, 16, 7), system);
+  Array<double> whole, of_a_block;
+  serial::pressure_solve_mic(system, settings, whole);
+  serial::pressure_solve_block_mic(system, settings, of_a_block);
+  EXPECT_EQ(whole, of_a_block);
+}
+
 // The matrix of a pocket is singular, and its right-hand side balanced.
 TEST(ProductionFluidPressure, SolvesPockets) {
   for (const std::string name : {"full_box", "two_pockets"}) {
@@ -135,17 +145,22 @@ TEST(ProductionFluidPressure, OpenmpHasTheSerialBits) {
   const int before = omp_get_max_threads();
   int seed = 100;
   for (const int nx : {1, 15, 16, 17, 33})
-    for (const auto& [ny, nz] : {std::pair(1, 1), {16, 3}, {17, 2}, {40, 7}}) {
+    for (const auto& [ny, nz] : {std::pair(1, 1), {16, 3}, {17, 2}, {40, 7}, {18, 33}}) {
       System<float> system;
       serial::make_system(make_random(nx, ny, nz, ++seed), system);
-      Array<double> q, found;
-      const linear::Solution s = serial::pressure_solve_mic(system, settings, q);
-      for (const int threads : {1, 2, 3, 8}) {
-        omp_set_num_threads(threads);
-        const linear::Solution t = openmp::pressure_solve_mic(system, settings, found);
-        EXPECT_EQ(s.iterations, t.iterations);
-        EXPECT_EQ(s.true_residual, t.true_residual);
-        EXPECT_EQ(q, found) << nx << 'x' << ny << 'x' << nz << ", " << threads << " threads";
+      const std::pair<PressureSolve<float>*, PressureSolve<float>*> twins[] = {
+          {serial::pressure_solve_mic, openmp::pressure_solve_mic},
+          {serial::pressure_solve_block_mic, openmp::pressure_solve_block_mic}};
+      for (const auto& [in_order, in_lanes] : twins) {
+        Array<double> q, found;
+        const linear::Solution s = in_order(system, settings, q);
+        for (const int threads : {1, 2, 3, 8}) {
+          omp_set_num_threads(threads);
+          const linear::Solution t = in_lanes(system, settings, found);
+          EXPECT_EQ(s.iterations, t.iterations);
+          EXPECT_EQ(s.true_residual, t.true_residual);
+          EXPECT_EQ(q, found) << nx << 'x' << ny << 'x' << nz << ", " << threads << " threads";
+        }
       }
     }
   omp_set_num_threads(before);

@@ -11,6 +11,10 @@
 //
 //         serial goes through the cells in order. openmp goes along wavefronts (openmp/production_fluid/skewed.h): each
 //         cell finds what it finds in order.
+//   block_mic
+//         the same with a factor a block of whole lines, sixteen along y and sixteen along z: neighbours in another
+//         block do not count. Blocks need nothing of one another, and do not follow the number of threads; the price is
+//         more iterations.
 //
 // Sums go over neighbours along x, then y, then z. A dot product adds the products of a line's cells in ascending order,
 // in double; sixteen lines of a plane, of y = 16 k to 16 k + 15, in the tree ((0 + 8) + (4 + 12)) + ...; and such
@@ -22,7 +26,7 @@
 // In:     system; modification: tau and sigma; when to stop.
 // Out:    q, bordered as the system is, m/s; 0 in cells without a row. In a pocket its constant is any.
 // Returns the iterations and both residuals.
-// Source: [ITJ07] "Production Fluid"; Bridson, Fluid Simulation for Computer Graphics (2nd ed., 2015), 5.3.
+// Source: [ITJ07] "Production Fluid"; a factor a block: what its authors' fluid did later, with a block a thread. Bridson, Fluid Simulation for Computer Graphics (2nd ed., 2015), 5.3.
 #pragma once
 
 #include "common/linear/conjugate_gradients.h"
@@ -41,15 +45,16 @@ template <class Real>
 using PressureSolve = linear::Solution(const System<Real>& system, const PressureSettings& settings, Array<double>& q);
 
 namespace serial {
-PressureSolve<float> pressure_solve_mic;
-PressureSolve<double> pressure_solve_mic;
+PressureSolve<float> pressure_solve_mic, pressure_solve_block_mic;
+PressureSolve<double> pressure_solve_mic, pressure_solve_block_mic;
 }  // namespace serial
 
 namespace openmp {
-PressureSolve<float> pressure_solve_mic;
+PressureSolve<float> pressure_solve_mic, pressure_solve_block_mic;
 }  // namespace openmp
 
 inline constexpr int lines_of_a_sum = 16;
+inline constexpr int side_of_a_block = 16;  // along y and z
 
 // --- Formulas; of numbers or of lanes
 

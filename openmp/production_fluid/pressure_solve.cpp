@@ -21,7 +21,7 @@
 namespace lockstep::production_fluid::openmp {
 namespace {
 
-static_assert(lines_of_a_sum == lanes);
+static_assert(lines_of_a_sum == lanes && side_of_a_block == lanes);
 
 // Calls f(i) for each vector of a stretch, in order; i is where it stands.
 template <class F>
@@ -125,30 +125,94 @@ double multiply(const Skewed& skewed, const Array<Real>& diagonal, std::span<con
   });
 }
 
-// Calls f(part) for all parts, stage after stage. Every thread of the team must call it. The barrier at the end of a
-// stage makes what its parts wrote visible to the next.
-template <class Stages, class F>
-void for_each_part(const Stages& stages, const F& f) {
-  for (const std::vector<Stretch>& parts : stages) {
+// --- The factor, of one kind: a class that calls f(part, coupled) for all parts in the order of a solve along x, y and
+// z, or against them. Every thread of the team must call it.
+
+// Which outer neighbours of a tile count in the factor: those along y; those in the planes before and after.
+struct Coupled {
+  bool y, low_z, high_z;
+};
+
+// All of them. Stage after stage; the barrier at the end of a stage makes what its parts wrote visible to the next.
+struct Whole {
+  const Skewed& skewed;
+
+  template <class F>
+  void ascending(const F& f) const {
+    for (const std::vector<Stretch>& parts : skewed.stages()) of_stage(parts, f);
+  }
+  template <class F>
+  void descending(const F& f) const {
+    for (const std::vector<Stretch>& parts : std::views::reverse(skewed.stages())) of_stage(parts, f);
+  }
+
+ private:
+  template <class F>
+  static void of_stage(const std::vector<Stretch>& parts, const F& f) {
     const std::ptrdiff_t count = std::ssize(parts);
     // Parts of a stage do not wait for one another, and each writes its own cells.
 #pragma omp for schedule(static)
-    for (std::ptrdiff_t k = 0; k < count; ++k) f(parts[k]);
+    for (std::ptrdiff_t k = 0; k < count; ++k) f(parts[k], Coupled{true, true, true});
   }
+};
+
+// Those of the same block.
+struct InBlocks {
+  const Skewed& skewed;
+
+  template <class F>
+  void ascending(const F& f) const {
+    of_blocks([&](const std::vector<Stretch>& block) {
+      for (const Stretch& part : block) f(part, coupled(part));
+    });
+  }
+  template <class F>
+  void descending(const F& f) const {
+    of_blocks([&](const std::vector<Stretch>& block) {
+      for (const Stretch& part : std::views::reverse(block)) f(part, coupled(part));
+    });
+  }
+
+ private:
+  static Coupled coupled(const Stretch& part) {
+    return {false, part.z % side_of_a_block > 0, (part.z + 1) % side_of_a_block > 0};
+  }
+  template <class F>
+  void of_blocks(const F& f) const {
+    const std::ptrdiff_t count = std::ssize(skewed.blocks());
+    // Blocks do not read what others write, and each writes its own cells.
+#pragma omp for schedule(dynamic)
+    for (std::ptrdiff_t k = 0; k < count; ++k) f(skewed.blocks()[k]);
+  }
+};
+
+LOCKSTEP_INLINE floatv low_y(const Skewed& skewed, const Real* at, const Coupled& coupled) {
+  return coupled.y ? low_y(skewed, at) : shift_up(low_x(at), 0.f);
+}
+LOCKSTEP_INLINE floatv high_y(const Skewed& skewed, const Real* at, const Coupled& coupled) {
+  return coupled.y ? high_y(skewed, at) : shift_down(high_x(at), 0.f);
+}
+LOCKSTEP_INLINE floatv low_z(const Skewed& skewed, const Real* at, const Coupled& coupled) {
+  return coupled.low_z ? low_z(skewed, at) : floatv(0.f);
+}
+LOCKSTEP_INLINE floatv high_z(const Skewed& skewed, const Real* at, const Coupled& coupled) {
+  return coupled.high_z ? high_z(skewed, at) : floatv(0.f);
 }
 
 // 1 / e of all cells.
-Array<Real> make_inverses(const Skewed& skewed, const Array<Real>& diagonal, const linear::Modification& modification) {
+template <class Kind>
+Array<Real> make_inverses(const Skewed& skewed, const Kind& kind, const Array<Real>& diagonal,
+                          const linear::Modification& modification) {
   const floatv tau = static_cast<Real>(modification.tau), sigma = static_cast<Real>(modification.sigma);
   Array<Real> inverse(skewed.size()), share(skewed.size());
 #pragma omp parallel
-  for_each_part(skewed.stages(), [&](const Stretch& part) {
+  kind.ascending([&](const Stretch& part, const Coupled& c) {
     for_each_vector(skewed, part, [&](std::size_t i) {
       const auto row = [](floatv d) { return select(d > 0.f, floatv(1.f), floatv(0.f)); };
       const Real *const d = &diagonal[i], *const s = &share[i];
-      const floatv upper_neighbours = row(high_x(d)) + row(high_y(skewed, d)) + row(high_z(skewed, d));
+      const floatv upper_neighbours = row(high_x(d)) + row(high_y(skewed, d, c)) + row(high_z(skewed, d, c));
       const Pivot<floatv> p =
-          pivot(load(d), low_x(s), low_y(skewed, s), low_z(skewed, s), upper_neighbours, tau, sigma);
+          pivot(load(d), low_x(s), low_y(skewed, s, c), low_z(skewed, s, c), upper_neighbours, tau, sigma);
       store(&inverse[i], p.inverse), store(&share[i], p.share);
     });
   });
@@ -156,19 +220,21 @@ Array<Real> make_inverses(const Skewed& skewed, const Array<Real>& diagonal, con
 }
 
 // z = M^-1 r.
-void precondition(const Skewed& skewed, const Array<Real>& inverse, std::span<const Real> r, std::span<Real> z) {
+template <class Kind>
+void precondition(const Skewed& skewed, const Kind& kind, const Array<Real>& inverse, std::span<const Real> r,
+                  std::span<Real> z) {
 #pragma omp parallel
   {
-    for_each_part(skewed.stages(), [&](const Stretch& part) {
+    kind.ascending([&](const Stretch& part, const Coupled& c) {
       for_each_vector(skewed, part, [&](std::size_t i) {
         const Real* const at = &z[i];
-        store(&z[i], forward(load(&inverse[i]), load(&r[i]), low_x(at), low_y(skewed, at), low_z(skewed, at)));
+        store(&z[i], forward(load(&inverse[i]), load(&r[i]), low_x(at), low_y(skewed, at, c), low_z(skewed, at, c)));
       });
     });
-    for_each_part(std::views::reverse(skewed.stages()), [&](const Stretch& part) {
+    kind.descending([&](const Stretch& part, const Coupled& c) {
       for_each_vector_backward(skewed, part, [&](std::size_t i) {
         const Real* const at = &z[i];
-        store(&z[i], backward(load(&inverse[i]), load(at), high_x(at), high_y(skewed, at), high_z(skewed, at)));
+        store(&z[i], backward(load(&inverse[i]), load(at), high_x(at), high_y(skewed, at, c), high_z(skewed, at, c)));
       });
     });
   }
@@ -244,20 +310,31 @@ double refresh(const System<Real>& system, const Skewed& skewed, Array<double>& 
   return Vectors{skewed}.dot(r, r);
 }
 
-}  // namespace
-
-linear::Solution pressure_solve_mic(const System<Real>& system, const PressureSettings& settings, Array<double>& q) {
+template <class Kind>
+linear::Solution solve(const System<Real>& system, const PressureSettings& settings, Array<double>& q) {
   q.assign(system.cells.size(), 0);
   const Skewed skewed(system);
+  const Kind kind{skewed};
   const Array<Real> diagonal = skew(skewed, system.diagonal), right = skew(skewed, system.right),
-                    inverse = make_inverses(skewed, diagonal, settings.modification);
+                    inverse = make_inverses(skewed, kind, diagonal, settings.modification);
   const linear::System<Real> operators = {
       .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(skewed, diagonal, x, y); },
-      .precondition = [&](std::span<const Real> x, std::span<Real> y) { precondition(skewed, inverse, x, y); },
+      .precondition = [&](std::span<const Real> x, std::span<Real> y) { precondition(skewed, kind, inverse, x, y); },
       .residual = nullptr,
       .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, skewed, q, x, r); }};
   Array<Real> x(skewed.size());
   return linear::iterate(Vectors{skewed}, operators, std::span<const Real>(right), std::span(x), settings.stop);
+}
+
+}  // namespace
+
+linear::Solution pressure_solve_mic(const System<Real>& system, const PressureSettings& settings, Array<double>& q) {
+  return solve<Whole>(system, settings, q);
+}
+
+linear::Solution pressure_solve_block_mic(const System<Real>& system, const PressureSettings& settings,
+                                          Array<double>& q) {
+  return solve<InBlocks>(system, settings, q);
 }
 
 }  // namespace lockstep::production_fluid::openmp

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "common/array.h"
+#include "common/production_fluid/pressure_solve.h"
 #include "common/production_fluid/system.h"
 #include "common/simd.h"
 
@@ -39,6 +40,9 @@ class Skewed {
   // The same in parts, stage by stage: a part waits for parts of stages before its own alone, in a solve along x, y and
   // z; backwards, for those after.
   const std::vector<std::vector<Stretch>>& stages() const { return stages_; }
+
+  // The same by blocks, each of one tile along y and `side_of_a_block` planes, in ascending order of z.
+  const std::vector<std::vector<Stretch>>& blocks() const { return blocks_; }
 
   std::size_t size() const {  // elements of a vector
     return padded(static_cast<std::size_t>(stride()) * lanes * (tiles_along_y_ + 2) * (cells_.nz + 2) + 2 * margin());
@@ -64,7 +68,7 @@ class Skewed {
   Bordered cells_;
   int tiles_along_y_;
   std::vector<Stretch> tiles_;
-  std::vector<std::vector<Stretch>> stages_;
+  std::vector<std::vector<Stretch>> stages_, blocks_;
 };
 
 // The parts of a tile end where x + y is a multiple of this: small enough for many parts a stage, large enough for few
@@ -97,6 +101,10 @@ inline Skewed::Skewed(const System<float>& system)
       begin = end;
     }
   }
+
+  const int slabs = (cells_.nz + side_of_a_block - 1) / side_of_a_block;
+  blocks_.resize(std::size_t(slabs) * tiles_along_y_);
+  for (const Stretch& all : tiles_) blocks_[all.z / side_of_a_block * tiles_along_y_ + all.tile].push_back(all);
 }
 
 }  // namespace lockstep::production_fluid::openmp

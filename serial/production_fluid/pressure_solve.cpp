@@ -19,20 +19,12 @@
 namespace lockstep::production_fluid::serial {
 namespace {
 
-// Calls f(i) for each cell with a row, in order of x, y, z or in the opposite one; i is where it stands.
+// Calls f(i) for each cell with a row; i is where it stands.
 template <class F>
 void for_each_cell(const System<Real>& system, const F& f) {
   for_each_run(system, [&](std::size_t first, int count, int) {
     for (int k = 0; k < count; ++k) f(first + k);
   });
-}
-template <class F>
-void for_each_cell_backward(const System<Real>& system, const F& f) {
-  const auto [nx, ny, nz] = system.cells;
-  for (int z = nz - 1; z >= 0; --z)
-    for (int y = ny - 1; y >= 0; --y)
-      for (int run = system.first_run[y + ny * z + 1] - 1; run >= system.first_run[y + ny * z]; --run)
-        for (int x = system.runs[run].end - 1; x >= system.runs[run].begin; --x) f(system.cells.index(x, y, z));
 }
 
 // The sum of f(i) over all cells, in the order of the contract.
@@ -97,41 +89,90 @@ double refresh(const System<Real>& system, Array<double>& q, std::span<Real> x, 
   return Vectors{system}.dot(r, r);
 }
 
+// --- The factor
+
+// Which neighbours along y and z count in the factor, those of one block: how far from a cell they stand. In place of
+// the others stands a line of the border, which is 0.
+struct Neighbours {
+  std::ptrdiff_t low_y, high_y, low_z, high_z;
+};
+Neighbours neighbours_of(const Bordered& cells, int block, int y, int z) {
+  const std::ptrdiff_t line = cells.line(), plane = cells.plane(),
+                       none = static_cast<std::ptrdiff_t>(cells.index(0, -1, -1)) -
+                              static_cast<std::ptrdiff_t>(cells.index(0, y, z));
+  return {y % block > 0 ? -line : none, (y + 1) % block > 0 ? line : none, z % block > 0 ? -plane : none,
+          (z + 1) % block > 0 ? plane : none};
+}
+
+// Calls f(i, neighbours) for each cell with a row, in order of x, y, z or in the opposite one.
+template <class F>
+void ascending(const System<Real>& system, int block, const F& f) {
+  const auto [nx, ny, nz] = system.cells;
+  for (int z = 0; z < nz; ++z)
+    for (int y = 0; y < ny; ++y) {
+      const Neighbours neighbours = neighbours_of(system.cells, block, y, z);
+      for (int run = system.first_run[y + ny * z]; run < system.first_run[y + ny * z + 1]; ++run)
+        for (int x = system.runs[run].begin; x < system.runs[run].end; ++x) f(system.cells.index(x, y, z), neighbours);
+    }
+}
+template <class F>
+void descending(const System<Real>& system, int block, const F& f) {
+  const auto [nx, ny, nz] = system.cells;
+  for (int z = nz - 1; z >= 0; --z)
+    for (int y = ny - 1; y >= 0; --y) {
+      const Neighbours neighbours = neighbours_of(system.cells, block, y, z);
+      for (int run = system.first_run[y + ny * z + 1] - 1; run >= system.first_run[y + ny * z]; --run)
+        for (int x = system.runs[run].end - 1; x >= system.runs[run].begin; --x)
+          f(system.cells.index(x, y, z), neighbours);
+    }
+}
+
 // 1 / e of all cells.
-Array<Real> make_inverses(const System<Real>& system, const linear::Modification& modification) {
-  const std::ptrdiff_t line = system.cells.line(), plane = system.cells.plane();
+Array<Real> make_inverses(const System<Real>& system, int block, const linear::Modification& modification) {
   const Real tau = static_cast<Real>(modification.tau), sigma = static_cast<Real>(modification.sigma);
   Array<Real> inverse(system.cells.size()), share(system.cells.size());
-  for_each_cell(system, [&](std::size_t i) {
+  ascending(system, block, [&](std::size_t i, const Neighbours& n) {
     const Real* const diagonal = &system.diagonal[i];
-    const Real upper_neighbours = Real(diagonal[1] > 0) + Real(diagonal[line] > 0) + Real(diagonal[plane] > 0);
+    const Real upper_neighbours = Real(diagonal[1] > 0) + Real(diagonal[n.high_y] > 0) + Real(diagonal[n.high_z] > 0);
     const Pivot<Real> p =
-        pivot(*diagonal, share[i - 1], share[i - line], share[i - plane], upper_neighbours, tau, sigma);
+        pivot(*diagonal, share[i - 1], share[i + n.low_y], share[i + n.low_z], upper_neighbours, tau, sigma);
     inverse[i] = p.inverse, share[i] = p.share;
   });
   return inverse;
 }
 
 // z = M^-1 r.
-void precondition(const System<Real>& system, const Array<Real>& inverse, std::span<const Real> r, std::span<Real> z) {
-  const std::ptrdiff_t line = system.cells.line(), plane = system.cells.plane();
-  for_each_cell(system, [&](std::size_t i) { z[i] = forward(inverse[i], r[i], z[i - 1], z[i - line], z[i - plane]); });
-  for_each_cell_backward(
-      system, [&](std::size_t i) { z[i] = backward(inverse[i], z[i], z[i + 1], z[i + line], z[i + plane]); });
+void precondition(const System<Real>& system, int block, const Array<Real>& inverse, std::span<const Real> r,
+                  std::span<Real> z) {
+  ascending(system, block, [&](std::size_t i, const Neighbours& n) {
+    z[i] = forward(inverse[i], r[i], z[i - 1], z[i + n.low_y], z[i + n.low_z]);
+  });
+  descending(system, block, [&](std::size_t i, const Neighbours& n) {
+    z[i] = backward(inverse[i], z[i], z[i + 1], z[i + n.high_y], z[i + n.high_z]);
+  });
+}
+
+linear::Solution solve(const System<Real>& system, int block, const PressureSettings& settings, Array<double>& q) {
+  q.assign(system.cells.size(), 0);
+  const Array<Real> inverse = make_inverses(system, block, settings.modification);
+  const linear::System<Real> operators = {
+      .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(system, x, y); },
+      .precondition = [&](std::span<const Real> x, std::span<Real> y) { precondition(system, block, inverse, x, y); },
+      .residual = nullptr,
+      .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, q, x, r); }};
+  Array<Real> x(system.cells.size());
+  return linear::iterate(Vectors{system}, operators, std::span<const Real>(system.right), std::span(x), settings.stop);
 }
 
 }  // namespace
 
 linear::Solution pressure_solve_mic(const System<Real>& system, const PressureSettings& settings, Array<double>& q) {
-  q.assign(system.cells.size(), 0);
-  const Array<Real> inverse = make_inverses(system, settings.modification);
-  const linear::System<Real> operators = {
-      .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(system, x, y); },
-      .precondition = [&](std::span<const Real> x, std::span<Real> y) { precondition(system, inverse, x, y); },
-      .residual = nullptr,
-      .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, q, x, r); }};
-  Array<Real> x(system.cells.size());
-  return linear::iterate(Vectors{system}, operators, std::span<const Real>(system.right), std::span(x), settings.stop);
+  return solve(system, std::max({system.cells.ny, system.cells.nz, 1}), settings, q);
+}
+
+linear::Solution pressure_solve_block_mic(const System<Real>& system, const PressureSettings& settings,
+                                          Array<double>& q) {
+  return solve(system, side_of_a_block, settings, q);
 }
 
 }  // namespace lockstep::production_fluid::serial
