@@ -45,7 +45,7 @@ const std::map<std::string, int> floors = {
     {"linear/multiply", 72},
     {"linear/update", 74},
     {"production_fluid/make_system", 81},
-    {"production_fluid/pressure_solve", 62},
+    {"production_fluid/pressure_solve", 58},
     {"rigid/batches", 99},
     {"rigid/box_box", 61},
     {"rigid/bvh", 57},
