@@ -91,9 +91,9 @@ TEST_F(Resume, FiguresMeasuresWhatIsMissing) {
   expect_refused({"figures", "--report", "cloth", "--out", folder}, "expected one of: cloth_convergence");
 }
 
-// A benchmark is killed after its first rows.
+// A benchmark is killed after its first rows; after how many, depends on how soon this test hears of them.
 TEST_F(Resume, KeepsWhatItHadWhenItWasKilled) {
-  std::vector<std::string> command = {"bench",   "--kernel", "cloth/verlet,cloth/collide",
+  std::vector<std::string> command = {"bench",   "--kernel", "cloth/verlet,cloth/relax,cloth/collide",
                                       "--scene", "rope",     "--threads",
                                       "1",       "--json",   path("bench.json")};
   const pid_t child = start(command);
@@ -106,11 +106,10 @@ TEST_F(Resume, KeepsWhatItHadWhenItWasKilled) {
   command.push_back("--resume");
   ASSERT_EQ(run(command).code, 0);
   const Json after = report("bench.json")["rows"];
-  ASSERT_EQ(before.size(), 2u);
-  ASSERT_EQ(after.size(), 4u);
-  EXPECT_EQ(after[0], before[0]);
-  EXPECT_EQ(after[1], before[1]);
-  EXPECT_NE(after[2]["kernel"], before[0]["kernel"]);
+  ASSERT_GE(before.size(), 2u);
+  ASSERT_LT(before.size(), after.size());
+  for (std::size_t i = 0; i < before.size(); ++i) EXPECT_EQ(after[i], before[i]);
+  EXPECT_NE(after.back()["kernel"], before[0]["kernel"]);
 }
 
 // Rows of kernels that the second run does not select stay.

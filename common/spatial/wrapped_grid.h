@@ -90,8 +90,12 @@ inline T hash(const WrappedGrid<Real>& grid, const Vector3<T>& cell) {
 // of half of the cells around it, so that of two neighbouring cells one meets the other. begin[h] is where the boxes of
 // hash h begin.
 template <class Real, class Meet>
-inline void for_each_forward_run(const WrappedGrid<Real>& grid, const std::int32_t* begin, const Vector3<int>& cell,
-                                 int k, const Meet& meet) {
+inline void for_each_forward_run(const WrappedGrid<Real>& grid, const std::int32_t* begin,
+                                 const Vector3<int>& cell_of_box, int k, const Meet& meet) {
+  // Within the table first: a box that is not finite is in the cell INT32_MIN, which has none before it.
+  const auto within = [](int x, int bits) { return x & ((1 << bits) - 1); };
+  const Vector3<int> cell = {within(cell_of_box.x, grid.bits.x), within(cell_of_box.y, grid.bits.y),
+                             within(cell_of_box.z, grid.bits.z)};
   const int own = hash(grid, cell), next = hash<Real, int>(grid, {cell.x + 1, cell.y, cell.z});
   if (next == own + 1) {
     meet(k + 1, begin[next + 1]);
