@@ -8,7 +8,7 @@
 //
 // Positions are in cells from the corner of the box. A velocity times dt / h is a number of cells.
 //
-// Source: Stam, Stable fluids, SIGGRAPH 1999; Bridson, Fluid Simulation for Computer Graphics, 2nd edition (2015), 3.1.
+// Source: Stam, Stable fluids, SIGGRAPH 1999; Bridson, Fluid Simulation for Computer Graphics.
 #pragma once
 
 #include <cstdint>
@@ -34,16 +34,6 @@ inline Number mean(const Number& a, const Number& b, const Number& c, const Numb
   return Number(.25f) * ((a + b) + (c + d));
 }
 
-// The namesake of lanes (common/simd.h).
-template <class Real>
-struct Pair {
-  Real first, second;
-};
-template <class Real>
-inline Pair<Real> gather_pairs(const Real* base, std::int32_t index) {
-  return {base[index], base[index + 1]};
-}
-
 // Where a coordinate lies along an axis of n points. At a point itself the fraction is 0, at the last one, too, so that
 // the point's value is taken as it is. (levelset::between lets the last point be 1 of the way from the one before it.
 // It needs two points, and it rounds.) A NaN counts as 0.
@@ -54,38 +44,64 @@ inline levelset::Between<Number, Index> place(const Number& x, int n) {
   return {first, inside - Number(to_float(first))};
 }
 
-// A field between its points, by trilinear interpolation; a position outside is clamped. `at` in points from the first.
-// Beside the last point of a line, one value of its padding is read and counts nothing, if it is finite. Beyond the last
-// line and plane nothing is read.
-template <class Index, class Number, class Real>
-inline Number sample(const Field<Real>& field, const Vector3<Number>& at) {
-  const auto x = place<Index>(at.x, field.nx);
-  const auto y = place<Index>(at.y, field.ny);
-  const auto z = place<Index>(at.z, field.nz);
-  const Index corner = (z.first * field.ny + y.first) * field.pitch + x.first;
-  const Index to_line = select(y.first < Index(field.ny - 1), Index(field.pitch), Index(0));
-  const Index to_plane = select(z.first < Index(field.nz - 1), Index(field.pitch * field.ny), Index(0));
+// Eight neighbouring points of a field: where the first stands, counted from the point (0, 0, 0), and how far it is to
+// the next line and to the next plane. Beside the last line or plane there is none, and the distance is 0.
+template <class Index>
+struct Cell {
+  Index first, to_line, to_plane;
+};
 
-  const auto along_x = [&](const Index& index) {
-    const auto [first, second] = gather_pairs(&field.value[field.index(0, 0, 0)], index);
-    return levelset::interpolate(first, second, x.fraction);
-  };
-  const Number near = levelset::interpolate(along_x(corner), along_x(corner + to_line), y.fraction);
-  const Index behind = corner + to_plane;
-  const Number far = levelset::interpolate(along_x(behind), along_x(behind + to_line), y.fraction);
-  return levelset::interpolate(near, far, z.fraction);
+// The eight values, by dx + 2 dy + 4 dz. openmp/production_fluid/corners.h has the same for lanes.
+template <class Number>
+struct Corners {
+  Number value[8];
+};
+template <class Real>
+inline Corners<Real> load_corners(const Real* field, const Cell<std::int32_t>& cell) {
+  const Real* const line = field + cell.first;
+  const Real* const next = line + cell.to_line;
+  const std::int32_t plane = cell.to_plane;
+  return {line[0], line[1], next[0], next[1], line[plane], line[plane + 1], next[plane], next[plane + 1]};
 }
 
-// The same, `at` in cells from the corner of the box.
+// Trilinear interpolation: along x, then y, then z.
+template <class Number>
+inline Number interpolate(const Corners<Number>& c, const Number& x, const Number& y, const Number& z) {
+  using levelset::interpolate;
+  const auto along_x = [&](int line) { return interpolate(c.value[2 * line], c.value[2 * line + 1], x); };
+  const Number near = interpolate(along_x(0), along_x(1), y);
+  const Number far = interpolate(along_x(2), along_x(3), y);
+  return interpolate(near, far, z);
+}
+
+// A field between its points. Beside the last point of a line, a value of its padding is read and counts nothing, if it
+// is finite.
+template <class Number, class Index, class Real>
+inline Number sample(const Field<Real>& field, const levelset::Between<Number, Index>& x,
+                     const levelset::Between<Number, Index>& y, const levelset::Between<Number, Index>& z) {
+  const Cell<Index> cell = {
+      .first = (z.first * field.ny + y.first) * field.pitch + x.first,
+      .to_line = select(y.first < Index(field.ny - 1), Index(field.pitch), Index(0)),
+      .to_plane = select(z.first < Index(field.nz - 1), Index(field.pitch * field.ny), Index(0)),
+  };
+  return interpolate(load_corners(&field.value[field.index(0, 0, 0)], cell), x.fraction, y.fraction, z.fraction);
+}
+
+// The same at a position; one outside the field is clamped. `first` is where the field's first value stands.
 template <class Index, class Number, class Real>
 inline Number sample(const Field<Real>& field, const Vector3<float>& first, const Vector3<Number>& at) {
-  return sample<Index>(field, Vector3<Number>{at.x - Number(first.x), at.y - Number(first.y), at.z - Number(first.z)});
+  return sample(field, place<Index>(at.x - Number(first.x), field.nx), place<Index>(at.y - Number(first.y), field.ny),
+                place<Index>(at.z - Number(first.z), field.nz));
 }
 
+// Each component on its own grid. Two of the three grids agree along each axis.
 template <class Index, class Number, class Real>
 inline Vector3<Number> velocity_at(const Faces<Real>& faces, const Vector3<Number>& at) {
-  return {sample<Index>(faces.u, first_u, at), sample<Index>(faces.v, first_v, at),
-          sample<Index>(faces.w, first_w, at)};
+  const auto& [u, v, w] = faces;
+  const auto face_x = place<Index>(at.x, u.nx), x = place<Index>(at.x - Number(.5f), v.nx);
+  const auto face_y = place<Index>(at.y, v.ny), y = place<Index>(at.y - Number(.5f), u.ny);
+  const auto face_z = place<Index>(at.z, w.nz), z = place<Index>(at.z - Number(.5f), u.nz);
+  return {sample(u, face_x, y, z), sample(v, x, face_y, z), sample(w, x, y, face_z)};
 }
 
 // `velocity` is that at the point, `cells` is dt / h.

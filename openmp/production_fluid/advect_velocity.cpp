@@ -1,14 +1,15 @@
 // Moves the velocity with itself.
 //
-// The algorithm and its serial form stand in serial/production_fluid/advect_velocity.cpp. Sixteen faces along x at once;
-// threads share the lines. Faces of one line stand side by side, so what stands at them is loaded; what stands at a foot
-// is gathered, two neighbours along x by one access (gather_pairs).
+// The algorithm and its serial form stand in serial/production_fluid/advect_velocity.cpp. Sixteen faces along x at
+// once; threads share the lines. Faces of one line stand side by side, so what stands at them is loaded; what stands at
+// a foot is mostly loaded, too (corners.h).
 //
 // The contract stands in common/production_fluid/advect_velocity.h.
 #include "common/production_fluid/advect_velocity.h"
 
 #include "common/real.h"
 #include "common/simd.h"
+#include "openmp/production_fluid/corners.h"
 
 namespace lockstep::production_fluid::openmp {
 namespace {
@@ -40,28 +41,32 @@ constexpr auto at_w = [](const Faces<Real>& faces, int x, int y, int z) -> Vecto
           load(&w(x, y, z))};
 };
 
+// The components have different numbers of lines.
 template <class VelocityAt>
-void advect(const Faces<Real>& faces, Real cells, const VelocityAt& velocity_at_face, const Field<Real>& component,
-            const Vector3<float>& first, Field<Real>& advected) {
-  // A line writes its own faces, from fields that none writes.
-#pragma omp parallel for collapse(2) schedule(static)
-  for (int z = 0; z < component.nz; ++z)
-    for (int y = 0; y < component.ny; ++y)
-      for (int x = 0; x < component.nx; x += lanes) {
-        const intv lane_x = x + lane_index();
-        const Vector3<floatv> face = {to_float(lane_x) + first.x, to_float(y) + first.y, to_float(z) + first.z};
-        const Vector3<floatv> foot = foot_of<Index>(face, velocity_at_face(faces, x, y, z), faces, cells);
-        store(&advected(x, y, z), sample<Index>(component, first, foot), first_lanes(component.nx - x));
-      }
+void advect_line(const Faces<Real>& faces, Real cells, const VelocityAt& velocity_at_face, const Field<Real>& component,
+                 const Vector3<float>& first, int y, int z, Field<Real>& advected) {
+  if (y >= component.ny || z >= component.nz) return;
+  for (int begin = 0; begin < component.nx; begin += lanes) {
+    const int x = first_of_full(begin, component.nx);
+    const intv lane_x = x + lane_index();
+    const Vector3<floatv> face = {to_float(lane_x) + first.x, to_float(y) + first.y, to_float(z) + first.z};
+    const Vector3<floatv> foot = foot_of<Index>(face, velocity_at_face(faces, x, y, z), faces, cells);
+    store(&advected(x, y, z), sample<Index>(component, first, foot), first_lanes(component.nx - x));
+  }
 }
 
 }  // namespace
 
 void advect_velocity(const Faces<Real>& faces, Real dt, Faces<Real>& advected) {
   const Real cells = dt / faces.u.spacing;
-  advect(faces, cells, at_u, faces.u, first_u, advected.u);
-  advect(faces, cells, at_v, faces.v, first_v, advected.v);
-  advect(faces, cells, at_w, faces.w, first_w, advected.w);
+  // A line writes its own faces, from fields that none writes.
+#pragma omp parallel for collapse(2) schedule(static)
+  for (int z = 0; z < faces.w.nz; ++z)
+    for (int y = 0; y < faces.v.ny; ++y) {
+      advect_line(faces, cells, at_u, faces.u, first_u, y, z, advected.u);
+      advect_line(faces, cells, at_v, faces.v, first_v, y, z, advected.v);
+      advect_line(faces, cells, at_w, faces.w, first_w, y, z, advected.w);
+    }
 }
 
 }  // namespace lockstep::production_fluid::openmp
