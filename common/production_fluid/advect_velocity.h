@@ -6,8 +6,8 @@
 //
 // All three components move by the velocity at the beginning. At a face, the velocity is the component that stands
 // there, and of each other component the mean of the four nearest faces; at a side of the box these are two and count
-// twice. Elsewhere it is interpolated, each component on its own grid. A foot outside a component's grid takes the value
-// of the nearest position on its boundary.
+// twice. Elsewhere it is interpolated, each component on its own grid. A foot outside a component's grid takes the
+// value of the nearest position on its boundary.
 //
 // In:      faces, finite, as is their padding; fewer than 2^31 values a component with padding; dt, s, of either sign.
 // Out:     advected, of the same shape, not the same arrays: every face; padding stays as it is.

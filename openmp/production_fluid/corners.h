@@ -1,10 +1,10 @@
 // The corners of the cells in which sixteen feet lie.
 //
 // Where the velocity changes little along sixteen points, all their feet are as many cells away, and what they need
-// stands side by side. So the lanes whose cells are as far away as that of the first lane are served together, by loads;
-// then those that are as far away as the first lane that is left, and so on. A smooth flow that moves less than a cell
-// needs two or three rounds, and no flow more than sixteen. With gathers, advection of velocity took 1.5 times as long
-// on an EPYC, whose gathers load lane after lane.
+// stands side by side. So the lanes whose cells are as far away as that of the first lane are served together, by
+// loads; then those that are as far away as the first lane that is left, and so on. No flow needs more than sixteen
+// rounds; a smooth one that moves less than a cell needs a few. With gathers, advection of velocity took 1.5 times as
+// long on an EPYC.
 #pragma once
 
 #include <algorithm>
