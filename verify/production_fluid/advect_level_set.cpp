@@ -24,11 +24,12 @@ using namespace production_fluid_inputs;
 
 Case make(const std::string& path) {
   const auto in = inputs(path);
+  const auto motion = std::make_shared<const Motion>(motion_of(in->scene.fluid));
   AdvectedLevelSet start{in->scene.fluid.phi};
   poison(start);
-  const auto with = [in, dt = advection_step(in->scene.fluid)](AdvectLevelSet<float>* advect_level_set) {
-    return [in, dt, advect_level_set](AdvectedLevelSet& advected) {
-      advect_level_set(in->scene.fluid.phi, in->scene.fluid.velocity, dt, advected.phi);
+  const auto with = [in, motion](AdvectLevelSet<float>* advect_level_set) {
+    return [in, motion, advect_level_set](AdvectedLevelSet& advected) {
+      advect_level_set(in->scene.fluid.phi, motion->velocity, motion->dt, advected.phi);
     };
   };
   const double cells = cells_of(*in);

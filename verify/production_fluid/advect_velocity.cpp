@@ -14,11 +14,12 @@ using namespace production_fluid_inputs;
 
 Case make(const std::string& path) {
   const auto in = inputs(path);
-  Faces<float> start = in->scene.fluid.velocity;
+  const auto motion = std::make_shared<const Motion>(motion_of(in->scene.fluid));
+  Faces<float> start = motion->velocity;
   poison(start);
-  const auto with = [in, dt = advection_step(in->scene.fluid)](AdvectVelocity<float>* advect_velocity) {
+  const auto with = [motion](AdvectVelocity<float>* advect_velocity) {
     return
-        [in, dt, advect_velocity](Faces<float>& advected) { advect_velocity(in->scene.fluid.velocity, dt, advected); };
+        [motion, advect_velocity](Faces<float>& advected) { advect_velocity(motion->velocity, motion->dt, advected); };
   };
   const double cells = cells_of(*in);
   return make_case<Faces<float>>({
