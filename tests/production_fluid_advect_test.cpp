@@ -128,7 +128,7 @@ TEST(ProductionFluidAdvect, ShiftsByWholeCells) {
   }
 }
 
-// A constant velocity has no component that changes: it carries a linear field without error. Two positions of up to n
+// A constant velocity carries a linear field without error. Two positions of up to n
 // cells round by u n each, and the interpolation by 4 u of the largest value a level.
 TEST(ProductionFluidAdvect, CarriesALinearField) {
   constexpr int n = 20;
@@ -149,8 +149,8 @@ TEST(ProductionFluidAdvect, CarriesALinearField) {
   }
 }
 
-// u = a x along x alone: u(foot) is a x_foot, and x_foot = x - a dt (x - a dt x / 2). The other components are carried by
-// u and do not change it. The mirror of each axis tests v and w.
+// u = a x along x alone: u(foot) is a x_foot, and x_foot = x - a dt (x - a dt x / 2). The other components stay zero.
+// The same along y and z.
 TEST(ProductionFluidAdvect, CarriesAVelocityThatStretches) {
   constexpr int n = 18;
   constexpr double a = .5, dt = .1;  // per s, s
