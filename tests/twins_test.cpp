@@ -44,6 +44,8 @@ const std::map<std::string, int> floors = {
     {"linear/incomplete_cholesky", 81},
     {"linear/multiply", 72},
     {"linear/update", 74},
+    {"production_fluid/advect_level_set", 95},
+    {"production_fluid/advect_velocity", 95},
     {"production_fluid/make_system", 81},
     {"production_fluid/pressure_solve", 58},
     {"rigid/batches", 99},
