@@ -1,9 +1,12 @@
 // Contract: the liquid's velocity goes on into the air, so that surface, particles and velocity find one to follow there.
 //
-// A face has the distance phi_face = (phi(a) + phi(b)) / 2, where a and b are the cells beside it; beside a solid cell
-// or a side of the box, the other cell's phi. The face is known from the start if it is closed (project has set it to
-// the velocity of what closes it) or if phi_face <= 0 and one of its cells is liquid. The other faces, in ascending order
-// of phi_face as far as `distance`, get
+// A face has the distance phi_face = (phi(a) + phi(b)) / 2, where a and b are the cells beside it. Beside a solid cell
+// or a side of the box, it is the other cell's phi, and between two of them the mean again, with 0 for a side. Where
+// neither value is negative, phi_face is at least 1e-30 m: the surface may go through the centres of two air cells, and
+// the pressure has not pushed the face between them.
+//
+// A face is known from the start if it is closed (project has set it to the velocity of what closes it) or if phi_face
+// <= 0. The other faces, in ascending order of phi_face as far as `distance`, get
 //
 //   u = sum over axes of w u(n) / sum over axes of w,   w = phi_face - phi_face(n) > 0,
 //
@@ -50,7 +53,7 @@ Beside<Real> beside(const Fluid<Real>& fluid, const Lines<Real>& lines, int axis
   const Line<Real> here = lines(y, z);
   if (axis == 0) return {{here.phi - 1, here.solid - 1}, here};
   const Line<Real> before = axis == 1 ? lines(y - 1, z) : lines(y, z - 1);
-  return {before, {y < fluid.ny ? here.phi : before.phi, here.solid}};
+  return {before, {y == fluid.ny && fluid.open_top ? before.phi : here.phi, here.solid}};
 }
 
 // --- Formulas; of numbers or of lanes
@@ -60,8 +63,6 @@ inline auto is_closed(const Number& solid_a, const Number& solid_b) {
   return (solid_a < Number(0)) | (solid_b < Number(0));
 }
 
-// Between air cells more than 0, however little: the surface may go through the centres of both, and the pressure has
-// not pushed what is between them.
 template <class Number>
 inline Number distance_of_face(const Number& phi_a, const Number& solid_a, const Number& phi_b, const Number& solid_b) {
   constexpr float least = 1e-30f;

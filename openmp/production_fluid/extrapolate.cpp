@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <memory>
 #include <vector>
 
 #include "common/levelset/field.h"
@@ -170,8 +171,10 @@ void continue_component(const Fluid<Real>& fluid, const Lines<Real>& lines, int 
 void extrapolate(const Fluid<Real>& fluid, Real distance, Faces<Real>& faces) {
   const Lines<Real> lines(fluid);
   const std::size_t size = std::max({faces.u.value.size(), faces.v.value.size(), faces.w.value.size()});
-  const LargePages distances(size), links(size);
-  const Band band = {distances.floats(), reinterpret_cast<std::int32_t*>(links.floats()), {}};
+  const LargePages distances(size);
+  // Few pages of the links are ever touched.
+  const auto links = std::make_unique_for_overwrite<std::int32_t[]>(size);
+  const Band band = {distances.floats(), links.get(), {}};
   continue_component(fluid, lines, 0, distance, faces.u, band);
   continue_component(fluid, lines, 1, distance, faces.v, band);
   continue_component(fluid, lines, 2, distance, faces.w, band);
