@@ -12,14 +12,13 @@ using namespace production_fluid_inputs;
 
 Case make(const std::string& path) {
   const auto in = inputs(path);
-  const Faces<float>& velocity = in->scene.fluid.velocity;
   // No component zero, so that all take part.
   const auto with = [](ApplyForces<float>* apply_forces) {
     return [apply_forces](Faces<float>& faces) { apply_forces({.3f, -9.81f, .2f}, 1.f / 60, faces); };
   };
   const double faces = faces_of(*in);
   return make_case<Faces<float>>({
-      .start = std::shared_ptr<const Faces<float>>(in, &velocity),
+      .start = std::make_shared<const Faces<float>>(velocity(*in)),
       .serial = with(serial::apply_forces),
       .best_serial = nullptr,
       .openmp = with(openmp::apply_forces),

@@ -12,13 +12,24 @@ namespace {
 using namespace production_fluid;
 using namespace production_fluid_inputs;
 
+// The scene with dents of the distance in the air, one in some dozens of cells: the faces beside them are near, but
+// nothing is known of them. Scenes have hardly any such faces.
+Fluid<float> dented(Fluid<float> fluid) {
+  for (int z = 0; z < fluid.nz; ++z)
+    for (int y = 0; y < fluid.ny; ++y)
+      for (int x = 0; x < fluid.nx; ++x)
+        if (fluid.phi(x, y, z) > fluid.spacing && (x + 3 * y + 5 * z) % 37 == 0)
+          fluid.phi(x, y, z) = .01f * fluid.spacing;
+  return fluid;
+}
+
 Case make(const std::string& path) {
   const auto in = inputs(path);
-  const Fluid<float>& fluid = in->scene.fluid;
-  const auto start = std::make_shared<Faces<float>>(fluid.velocity);
-  serial::project(fluid, in->system, *pressure(path), *start);
-  const auto with = [in](Extrapolate<float>* extrapolate) {
-    return [in, extrapolate](Faces<float>& faces) { extrapolate(in->scene.fluid, 3 * in->scene.fluid.spacing, faces); };
+  const auto fluid = std::make_shared<const Fluid<float>>(dented(in->scene.fluid));
+  const auto start = std::make_shared<Faces<float>>(velocity(*in));
+  serial::project(in->scene.fluid, in->system, *pressure(path), *start);
+  const auto with = [fluid](Extrapolate<float>* extrapolate) {
+    return [fluid, extrapolate](Faces<float>& faces) { extrapolate(*fluid, 3 * fluid->spacing, faces); };
   };
   const double cells = cells_of(*in), faces = faces_of(*in);
   return make_case<Faces<float>>({

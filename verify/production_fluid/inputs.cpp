@@ -1,5 +1,7 @@
 #include "verify/production_fluid/inputs.h"
 
+#include <algorithm>
+
 #include "common/production_fluid/make_system.h"
 #include "common/production_fluid/pressure_solve.h"
 #include "verify/inputs.h"
@@ -17,6 +19,17 @@ std::shared_ptr<const Inputs> inputs(const std::string& path) {
     serial::make_system(in.scene.fluid, in.system);
     return in;
   });
+}
+
+Faces<float> velocity(const Inputs& in) {
+  const Faces<float>& from = in.scene.fluid.velocity;
+  const auto marked = [](const Field<float>& field) {
+    Field<float> copy = levelset::make_field<float>(field.nx, field.ny, field.nz, field.spacing, 7);
+    for (int z = 0; z < field.nz; ++z)
+      for (int y = 0; y < field.ny; ++y) std::copy_n(&field(0, y, z), field.nx, &copy(0, y, z));
+    return copy;
+  };
+  return {marked(from.u), marked(from.v), marked(from.w)};
 }
 
 // Wrapped, so that the cache knows how large it is.

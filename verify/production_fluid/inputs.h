@@ -16,6 +16,9 @@ struct Inputs {
 };
 std::shared_ptr<const Inputs> inputs(const std::string& path);
 
+// The scene's velocity, with padding that shows whether a kernel has written it.
+production_fluid::Faces<float> velocity(const Inputs& in);
+
 // The solution of the system, by the serial text to 1e-6.
 std::shared_ptr<const Array<double>> pressure(const std::string& path);
 

@@ -19,7 +19,7 @@ Case make(const std::string& path) {
   };
   const double cells = cells_of(*in), faces = faces_of(*in);
   return make_case<Faces<float>>({
-      .start = std::shared_ptr<const Faces<float>>(in, &in->scene.fluid.velocity),
+      .start = std::make_shared<const Faces<float>>(velocity(*in)),
       .serial = with(serial::project),
       .best_serial = nullptr,
       .openmp = with(openmp::project),
