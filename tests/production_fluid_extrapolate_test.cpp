@@ -65,7 +65,7 @@ const Version versions[] = {{"serial", serial::extrapolate}, {"openmp", openmp::
 
 // Along the normal of a level surface, velocity is copied: to the bit.
 TEST(ProductionFluidExtrapolate, CopiesAlongANormalThatIsAnAxis) {
-  for (const auto& [name, extrapolate] : versions)
+  for (const Version& version : versions)
     for (const int nx : {1, 15, 16, 17, 33}) {
       constexpr double h = .1;
       Fluid<float> fluid = make_fluid<float>(nx, 12, 5, h, [&](double, double y, double) { return y - .43; });
@@ -73,14 +73,14 @@ TEST(ProductionFluidExtrapolate, CopiesAlongANormalThatIsAnAxis) {
       set_velocity(fluid, [&](int axis, double x, double y, double z) {
         return y > .43 ? 1e3 : flow(axis, x, y, z);  // what was in the air before must not matter
       });
-      extrapolate(fluid, 3 * fluid.spacing, fluid.velocity);
-      for_each_face(fluid, fluid.velocity,
-                    [&](const Field<float>& component, int axis, int x, int y, int z, Cell a, Cell b) {
-                      if (a == Cell::closed || b == Cell::closed) return;
-                      const double height = (y + (axis == 1 ? 0 : .5)) * h;
-                      const double expected = height < .43 + 3 * h ? component(x, 1, z) : 0;
-                      EXPECT_EQ(component(x, y, z), static_cast<float>(expected)) << name << ' ' << axis << ' ' << y;
-                    });
+      version.extrapolate(fluid, 3 * fluid.spacing, fluid.velocity);
+      for_each_face(
+          fluid, fluid.velocity, [&](const Field<float>& component, int axis, int x, int y, int z, Cell a, Cell b) {
+            if (a == Cell::closed || b == Cell::closed) return;
+            const double height = (y + (axis == 1 ? 0 : .5)) * h;
+            const double expected = height < .43 + 3 * h ? component(x, 1, z) : 0;
+            EXPECT_EQ(component(x, y, z), static_cast<float>(expected)) << version.name << ' ' << axis << ' ' << y;
+          });
     }
 }
 
@@ -95,12 +95,12 @@ TEST(ProductionFluidExtrapolate, ContinuesAcrossATiltedPlane) {
   const auto flow = [&](int axis, double x, double y, double z) {
     return 1 + axis + (ny * x - nx * y) + (nz * y - ny * z);
   };
-  for (const auto& [name, extrapolate] : versions) {
+  for (const Version& version : versions) {
     Fluid<float> fluid = make_fluid<float>(n, n, n, h, distance);
     set_velocity(fluid, [&](int axis, double x, double y, double z) {
       return distance(x, y, z) > 1e-5 ? -50 : flow(axis, x, y, z);
     });
-    extrapolate(fluid, 3 * fluid.spacing, fluid.velocity);
+    version.extrapolate(fluid, 3 * fluid.spacing, fluid.velocity);
     int compared = 0;
     double worst = 0;
     for_each_face(fluid, fluid.velocity, [&](const Field<float>& component, int axis, int x, int y, int z, Cell, Cell) {
@@ -113,15 +113,15 @@ TEST(ProductionFluidExtrapolate, ContinuesAcrossATiltedPlane) {
       worst = std::max(worst, error), ++compared;
       // A step rounds seven times numbers of at most 5, and weights of at least .48 h by the rounding of
       // three distances of at most 1, times what neighbours differ by, at most 1.2 h; 18 steps.
-      EXPECT_LE(error, 18 * (7 * 5 * u + 3 * 2 * u / .48 * 1.2)) << name << ' ' << axis;
+      EXPECT_LE(error, 18 * (7 * 5 * u + 3 * 2 * u / .48 * 1.2)) << version.name << ' ' << axis;
     });
     EXPECT_GT(compared, 3000);
-    std::printf("tilted plane, %s: %d faces, worst error %.2e\n", name, compared, worst);
+    std::printf("tilted plane, %s: %d faces, worst error %.2e\n", version.name, compared, worst);
   }
 }
 
 TEST(ProductionFluidExtrapolate, ContinuesAConstantToTheBit) {
-  for (const auto& [name, extrapolate] : versions) {
+  for (const Version& version : versions) {
     Fluid<float> fluid = make_fluid<float>(
         24, 20, 22, .05, [](double x, double y, double z) { return std::hypot(x - .61, y - .52, z - .58) - .2371; });
     set_velocity(fluid, [](int, double, double, double) { return 100; });
@@ -130,12 +130,12 @@ TEST(ProductionFluidExtrapolate, ContinuesAConstantToTheBit) {
       for_each_place(*components[axis], [&](int x, int y, int z) {
         if (state_of(fluid, axis, x, y, z).known) (*components[axis])(x, y, z) = .1f * (axis + 1);
       });
-    extrapolate(fluid, 3 * fluid.spacing, fluid.velocity);
+    version.extrapolate(fluid, 3 * fluid.spacing, fluid.velocity);
     int continued = 0;
     for_each_face(fluid, fluid.velocity, [&](const Field<float>& component, int axis, int x, int y, int z, Cell, Cell) {
       const FaceState state = state_of(fluid, axis, x, y, z);
       const bool beyond = !state.closed && state.distance > double(3 * fluid.spacing);
-      EXPECT_EQ(component(x, y, z), beyond ? 0 : .1f * (axis + 1)) << name;
+      EXPECT_EQ(component(x, y, z), beyond ? 0 : .1f * (axis + 1)) << version.name;
       continued += !state.known && !beyond;
     });
     EXPECT_GT(continued, 1000);
@@ -144,28 +144,28 @@ TEST(ProductionFluidExtrapolate, ContinuesAConstantToTheBit) {
 
 // The surface through the centres of air cells: the faces between them have not been pushed, and are not known.
 TEST(ProductionFluidExtrapolate, DoesNotTrustFacesBetweenAirCellsOnTheSurface) {
-  for (const auto& [name, extrapolate] : versions) {
+  for (const Version& version : versions) {
     Fluid<float> fluid = make_fluid<float>(6, 8, 6, .125, [](double, double y, double) { return y - 3.5 * .125; });
     set_velocity(fluid, [](int, double, double y, double) { return y > .4 ? 9 : 2; });
-    extrapolate(fluid, 3 * fluid.spacing, fluid.velocity);
-    EXPECT_EQ(fluid.velocity.u(3, 3, 3), 2) << name;
-    EXPECT_EQ(fluid.velocity.w(3, 3, 3), 2) << name;
+    version.extrapolate(fluid, 3 * fluid.spacing, fluid.velocity);
+    EXPECT_EQ(fluid.velocity.u(3, 3, 3), 2) << version.name;
+    EXPECT_EQ(fluid.velocity.w(3, 3, 3), 2) << version.name;
   }
 }
 
 TEST(ProductionFluidExtrapolate, ReachesTheOpenTopFromBelow) {
-  for (const auto& [name, extrapolate] : versions) {
+  for (const Version& version : versions) {
     Fluid<float> fluid = make_fluid<float>(6, 8, 6, .125, [](double, double y, double) { return y - .8; });
     fluid.open_top = true;
     set_velocity(fluid, [](int, double, double y, double) { return y > .8 ? 9 : 2; });
-    extrapolate(fluid, 3 * fluid.spacing, fluid.velocity);
-    for (int x = 0; x < 6; ++x) EXPECT_EQ(fluid.velocity.v(x, 8, 3), 2) << name;
+    version.extrapolate(fluid, 3 * fluid.spacing, fluid.velocity);
+    for (int x = 0; x < 6; ++x) EXPECT_EQ(fluid.velocity.v(x, 8, 3), 2) << version.name;
   }
 }
 
 // A drop so small that no face has it on its nearer side has nothing to continue.
 TEST(ProductionFluidExtrapolate, LeavesWhatNothingIsKnownOf) {
-  for (const auto& [name, extrapolate] : versions) {
+  for (const Version& version : versions) {
     Fluid<float> fluid = make_fluid<float>(
         5, 5, 5, .2, [](double x, double y, double z) { return std::hypot(x - .5, y - .5, z - .5) - .02; });
     set_velocity(fluid, [](int axis, double, double, double) { return 3 + axis; });
@@ -173,9 +173,9 @@ TEST(ProductionFluidExtrapolate, LeavesWhatNothingIsKnownOf) {
     for_each_place(fluid.phi, [&](int x, int y, int z) {
       if (std::min({x, y, z}) == 0 || std::max({x, y, z}) == 4) fluid.phi(x, y, z) = 100;
     });
-    extrapolate(fluid, 3 * fluid.spacing, fluid.velocity);
-    for (int x : {2, 3}) EXPECT_EQ(fluid.velocity.u(x, 2, 2), 3) << name;
-    for (int y : {2, 3}) EXPECT_EQ(fluid.velocity.v(2, y, 2), 4) << name;
+    version.extrapolate(fluid, 3 * fluid.spacing, fluid.velocity);
+    for (int x : {2, 3}) EXPECT_EQ(fluid.velocity.u(x, 2, 2), 3) << version.name;
+    for (int y : {2, 3}) EXPECT_EQ(fluid.velocity.v(2, y, 2), 4) << version.name;
   }
 }
 
@@ -293,28 +293,28 @@ TEST(ProductionFluidExtrapolate, NoOrderChangesABitOfALongChain) {
 // A mean of what is known lies between the least and the greatest of it. Known and closed faces keep their bits, and
 // faces beyond get 0.
 TEST(ProductionFluidExtrapolate, StaysBetweenWhatIsKnown) {
-  for (const auto& [name, extrapolate] : versions)
+  for (const Version& version : versions)
     for (const char* scene : {"drop_64", "obstacle_48"}) {
       const Fluid<float> fluid = load_scene(std::string("scenes/production_fluid/") + scene + ".toml").fluid;
       Faces<float> faces = fluid.velocity;
-      extrapolate(fluid, 3 * fluid.spacing, faces);
+      version.extrapolate(fluid, 3 * fluid.spacing, faces);
       float least[3] = {1e9f, 1e9f, 1e9f}, most[3] = {-1e9f, -1e9f, -1e9f};
       const Field<float>* const before[] = {&fluid.velocity.u, &fluid.velocity.v, &fluid.velocity.w};
       for_each_face(fluid, faces, [&](const Field<float>& component, int axis, int x, int y, int z, Cell, Cell) {
         if (!state_of(fluid, axis, x, y, z).known) return;
-        EXPECT_EQ(component(x, y, z), (*before[axis])(x, y, z)) << name;
+        EXPECT_EQ(component(x, y, z), (*before[axis])(x, y, z)) << version.name;
         least[axis] = std::min(least[axis], component(x, y, z)), most[axis] = std::max(most[axis], component(x, y, z));
       });
       for_each_face(fluid, faces, [&](const Field<float>& component, int axis, int x, int y, int z, Cell, Cell) {
         const FaceState state = state_of(fluid, axis, x, y, z);
         if (state.known) return;
         if (state.distance > double(3 * fluid.spacing)) {
-          EXPECT_EQ(component(x, y, z), 0) << name;
+          EXPECT_EQ(component(x, y, z), 0) << version.name;
         } else {
           // Seven roundings a step, fewer than a hundred steps.
           const double rounding = 100 * 7 * u * std::max(-least[axis], most[axis]);
-          EXPECT_GE(component(x, y, z), least[axis] - rounding) << name << ' ' << scene;
-          EXPECT_LE(component(x, y, z), most[axis] + rounding) << name << ' ' << scene;
+          EXPECT_GE(component(x, y, z), least[axis] - rounding) << version.name << ' ' << scene;
+          EXPECT_LE(component(x, y, z), most[axis] + rounding) << version.name << ' ' << scene;
         }
       });
     }
