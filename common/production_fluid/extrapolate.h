@@ -1,4 +1,4 @@
-// Contract: the liquid's velocity goes on into the air, so that surface, particles and velocity find one to follow there.
+// Contract: the liquid's velocity goes on into the air, so that surface and particles find one to follow there.
 //
 // A face has the distance phi_face = (phi(a) + phi(b)) / 2, where a and b are the cells beside it. Beside a solid cell
 // or a side of the box, it is the other cell's phi, and between two of them the mean again, with 0 for a side. Where
