@@ -1,11 +1,13 @@
-// Sixteen lanes of double beside the sixteen lanes of float in common/simd.h: for sums of products that float would
-// round.
+// Sixteen lanes of double beside the sixteen lanes of float in common/simd.h: for sums of products, and differences of
+// numbers of nearly one size, that float would round.
 //
 // The product of two floats is exact in double. A sum in a fixed tree has the same bits on every back end, and the same
-// as scalar text that adds in that tree. Only what sums need is here.
+// as scalar text that adds in that tree. Only what kernels need is here.
 //
 //   doublev to_double(floatv a)                  each lane widened: exact
 //   doublev operator+, -, * (doublev, doublev)   each rounds once, to nearest
+//   floatv to_float(doublev a)                   each lane rounded once, to nearest
+//   doublev load(const double* p)                p[l]; any alignment
 //   void store(double* p, doublev v)             p[l] = v; any alignment
 //   double reduce_add(doublev v)                 ((v0 + v8) + (v4 + v12)) + ..., the tree of reduce_add(floatv)
 #pragma once
@@ -29,6 +31,11 @@ LOCKSTEP_INLINE doublev to_double(floatv a) {
 LOCKSTEP_INLINE doublev operator+(doublev a, doublev b) { return {a.low + b.low, a.high + b.high}; }
 LOCKSTEP_INLINE doublev operator-(doublev a, doublev b) { return {a.low - b.low, a.high - b.high}; }
 LOCKSTEP_INLINE doublev operator*(doublev a, doublev b) { return {a.low * b.low, a.high * b.high}; }
+LOCKSTEP_INLINE floatv to_float(doublev a) {
+  const __m512 low = _mm512_castps256_ps512(_mm512_cvtpd_ps(a.low));
+  return floatv(_mm512_insertf32x8(low, _mm512_cvtpd_ps(a.high), 1));
+}
+LOCKSTEP_INLINE doublev load(const double* p) { return {_mm512_loadu_pd(p), _mm512_loadu_pd(p + 8)}; }
 LOCKSTEP_INLINE void store(double* p, doublev v) {
   _mm512_storeu_pd(p, v.low);
   _mm512_storeu_pd(p + 8, v.high);
@@ -57,7 +64,14 @@ LOCKSTEP_INLINE doublev operator+(doublev a, doublev b) LOCKSTEP_EACH_QUARTER(+)
     doublev a, doublev b) LOCKSTEP_EACH_QUARTER(-) LOCKSTEP_INLINE doublev
 operator*(doublev a, doublev b) LOCKSTEP_EACH_QUARTER(*)
 #undef LOCKSTEP_EACH_QUARTER
-    LOCKSTEP_INLINE void store(double* p, doublev v) {
+    LOCKSTEP_INLINE floatv to_float(doublev a) {
+  return {_mm256_set_m128(_mm256_cvtpd_ps(a.quarter[1]), _mm256_cvtpd_ps(a.quarter[0])),
+          _mm256_set_m128(_mm256_cvtpd_ps(a.quarter[3]), _mm256_cvtpd_ps(a.quarter[2]))};
+}
+LOCKSTEP_INLINE doublev load(const double* p) {
+  return {_mm256_loadu_pd(p), _mm256_loadu_pd(p + 4), _mm256_loadu_pd(p + 8), _mm256_loadu_pd(p + 12)};
+}
+LOCKSTEP_INLINE void store(double* p, doublev v) {
   for (int q = 0; q < 4; ++q) _mm256_storeu_pd(p + 4 * q, v.quarter[q]);
 }
 
@@ -81,6 +95,12 @@ LOCKSTEP_INLINE doublev operator-(doublev a, doublev b) {
 }
 LOCKSTEP_INLINE doublev operator*(doublev a, doublev b) {
   return make_lanes<doublev>([&](int l) { return a.lane[l] * b.lane[l]; });
+}
+LOCKSTEP_INLINE floatv to_float(doublev a) {
+  return make_lanes<floatv>([&](int l) { return static_cast<float>(a.lane[l]); });
+}
+LOCKSTEP_INLINE doublev load(const double* p) {
+  return make_lanes<doublev>([&](int l) { return p[l]; });
 }
 LOCKSTEP_INLINE void store(double* p, doublev v) {
   for (int l = 0; l < lanes; ++l) p[l] = v.lane[l];

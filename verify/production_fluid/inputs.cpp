@@ -1,6 +1,9 @@
 #include "verify/production_fluid/inputs.h"
 
+#include <algorithm>
+
 #include "common/production_fluid/make_system.h"
+#include "common/production_fluid/pressure_solve.h"
 #include "verify/inputs.h"
 
 namespace lockstep::verify::production_fluid_inputs {
@@ -18,9 +21,43 @@ std::shared_ptr<const Inputs> inputs(const std::string& path) {
   });
 }
 
+Faces<float> velocity(const Inputs& in) {
+  const Faces<float>& from = in.scene.fluid.velocity;
+  const auto marked = [](const Field<float>& field) {
+    Field<float> copy = levelset::make_field<float>(field.nx, field.ny, field.nz, field.spacing, 7);
+    for (int z = 0; z < field.nz; ++z)
+      for (int y = 0; y < field.ny; ++y) std::copy_n(&field(0, y, z), field.nx, &copy(0, y, z));
+    return copy;
+  };
+  return {marked(from.u), marked(from.v), marked(from.w)};
+}
+
+// Wrapped, so that the cache knows how large it is.
+struct Solved {
+  Array<double> q;
+};
+double bytes_of(const Solved& solved) { return 8. * solved.q.size(); }
+
+std::shared_ptr<const Array<double>> pressure(const std::string& path) {
+  const auto solved = verify::inputs<Solved>(path, [&] {
+    Solved made;
+    serial::pressure_solve_mic(
+        inputs(path)->system,
+        {.modification = {.tau = .97, .sigma = .25}, .stop = {.tolerance = 1e-6, .iterations = 1000}}, made.q);
+    return made;
+  });
+  return std::shared_ptr<const Array<double>>(solved, &solved->q);
+}
+
 double cells_of(const Inputs& in) {
   const Fluid<float>& fluid = in.scene.fluid;
   return double(fluid.nx) * fluid.ny * fluid.nz;
+}
+
+double faces_of(const Inputs& in) {
+  const Fluid<float>& fluid = in.scene.fluid;
+  const double nx = fluid.nx, ny = fluid.ny, nz = fluid.nz;
+  return (nx + 1) * ny * nz + nx * (ny + 1) * nz + nx * ny * (nz + 1);
 }
 
 double liquid_cells_of(const Inputs& in) {

@@ -16,7 +16,14 @@ struct Inputs {
 };
 std::shared_ptr<const Inputs> inputs(const std::string& path);
 
+// The scene's velocity, with padding that shows whether a kernel has written it.
+production_fluid::Faces<float> velocity(const Inputs& in);
+
+// The solution of the system, by the serial text to 1e-6.
+std::shared_ptr<const Array<double>> pressure(const std::string& path);
+
 double cells_of(const Inputs& in);         // of the box
+double faces_of(const Inputs& in);         // of the box, its sides included
 double liquid_cells_of(const Inputs& in);  // that have a row of the system
 
 // For all kernels of the pressure.
