@@ -70,8 +70,7 @@ void for_each_run_in(const Real* diagonal, int nx, const F& f) {
 }
 
 void find_runs(System<Real>& system) {
-  const auto [nx, ny, nz] = system.cells;
-  const int lines = ny * nz;
+  const int nx = system.cells.nx, ny = system.cells.ny, lines = ny * system.cells.nz;
   system.first_run.resize(lines + 1);
   system.first_run[0] = 0;
   const auto line_of = [&](int line) { return &system.diagonal[system.cells.index(0, line % ny, line / ny)]; };

@@ -9,7 +9,6 @@
 #include "common/production_fluid/pressure_solve.h"
 
 #include <algorithm>
-#include <ranges>
 #include <vector>
 
 #include "common/linear/iterate.h"
@@ -143,7 +142,7 @@ struct Whole {
   }
   template <class F>
   void descending(const F& f) const {
-    for (const std::vector<Stretch>& parts : std::views::reverse(skewed.stages())) of_stage(parts, f);
+    for (auto parts = skewed.stages().rbegin(); parts != skewed.stages().rend(); ++parts) of_stage(*parts, f);
   }
 
  private:
@@ -169,7 +168,7 @@ struct InBlocks {
   template <class F>
   void descending(const F& f) const {
     of_blocks([&](const std::vector<Stretch>& block) {
-      for (const Stretch& part : std::views::reverse(block)) f(part, coupled(part));
+      for (auto part = block.rbegin(); part != block.rend(); ++part) f(*part, coupled(*part));
     });
   }
 
