@@ -45,7 +45,7 @@ Case make(const std::string& path) {
 }
 
 const Register advect_level_set{
-    {.name = "production_fluid/advect_level_set", .place = 4, .forms = {{.make = make, .scenes = advection_scenes()}}}};
+    {.name = "production_fluid/advect_level_set", .place = 1, .forms = {{.make = make, .scenes = advection_scenes()}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

@@ -34,7 +34,7 @@ Case make(const std::string& path) {
 }
 
 const Register advect_velocity{
-    {.name = "production_fluid/advect_velocity", .place = 3, .forms = {{.make = make, .scenes = advection_scenes()}}}};
+    {.name = "production_fluid/advect_velocity", .place = 2, .forms = {{.make = make, .scenes = advection_scenes()}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

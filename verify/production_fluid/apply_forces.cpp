@@ -29,7 +29,7 @@ Case make(const std::string& path) {
 }
 
 const Register apply_forces{
-    {.name = "production_fluid/apply_forces", .place = 5, .forms = {{.make = make, .scenes = pressure_scenes()}}}};
+    {.name = "production_fluid/apply_forces", .place = 3, .forms = {{.make = make, .scenes = pressure_scenes()}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

@@ -30,7 +30,7 @@ Case make(const std::string& path) {
 }
 
 const Register make_system{
-    {.name = "production_fluid/make_system", .place = 1, .forms = {{.make = make, .scenes = pressure_scenes()}}}};
+    {.name = "production_fluid/make_system", .place = 4, .forms = {{.make = make, .scenes = pressure_scenes()}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

@@ -85,7 +85,7 @@ Case make(const std::string& path, PressureSolve<float>* serial, PressureSolve<f
 
 const Register pressure_solve{
     {.name = "production_fluid/pressure_solve",
-     .place = 2,
+     .place = 5,
      .serial_forms = {"mic", "block_mic"},
      .forms = {{.name = "mic",
                 .make =
