@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "tests/cli.h"
+#include "verify/busy.h"
 #include "verify/held_team.h"
 #include "verify/team.h"
 
@@ -67,13 +68,21 @@ struct Waiting : Cli {
   }
 };
 
+// Beside others than the loops, a thread waits for whole time slices of theirs, and the ratio says nothing of ours.
+std::string other_programs() {
+  const double cores = verify::busy_cores();
+  return cores < .5 ? "" : "other programs keep " + std::to_string(cores) + " cores busy";
+}
+
 // The ratios are mostly 1 to 2.1 (notes/waiting.md). With the waiting of OpenMP's runtime it was 8 beside one loop.
 TEST_F(Waiting, TwoThreadsBesideOneBusyLoop) {
+  if (const std::string others = other_programs(); !others.empty()) GTEST_SKIP() << others;
   const BusyLoops loop(1, 0);
   EXPECT_LT(frame_ms("2"), 10 * frame_ms("1"));
 }
 
 TEST_F(Waiting, TwoThreadsBesideManyBusyLoops) {
+  if (const std::string others = other_programs(); !others.empty()) GTEST_SKIP() << others;
   const BusyLoops loops(2 * static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN)));
   EXPECT_LT(frame_ms("2"), 10 * frame_ms("1"));
 }
