@@ -8,8 +8,8 @@
 // outer neighbours of its first and last lane are in the tiles beside.
 //
 // Lanes without a row of the system hold 0, lanes beyond the box among them. A tile more on either side, and a plane
-// more, are all 0. Loads at the ends of a tile may reach into the tile before or after it in memory, but only lanes
-// without a row see what they find there, and it is finite.
+// more, are all 0. Where a tile has no outer neighbour, its first or last lane loads from vectors of its own that are
+// done; such a lane has no row, and what it finds is finite.
 //
 // No serial twin: serial vectors are in the order of the cells.
 #pragma once
@@ -62,7 +62,8 @@ class Skewed {
   const Bordered& cells() const { return cells_; }
 
  private:
-  std::ptrdiff_t stride() const { return cells_.nx + lanes - 1; }  // vectors of a tile in a plane
+  // Vectors of a tile in a plane, and one that stays 0: the neighbour along x of the first and of the last.
+  std::ptrdiff_t stride() const { return cells_.nx + lanes; }
   static constexpr std::ptrdiff_t margin() { return 2 * lanes * lanes; }
 
   Bordered cells_;
