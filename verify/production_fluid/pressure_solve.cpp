@@ -25,7 +25,7 @@ using namespace production_fluid;
 using namespace production_fluid_inputs;
 
 constexpr PressureSettings settings = {.modification = {.tau = .97, .sigma = .25},
-                                       .stop = {.tolerance = 1e-6, .iterations = 1000}};
+                                       .stop = {.tolerance = 1e-6, .iterations = 400}};
 
 // An iteration multiplies by A and by M^-1, takes three dot products, and updates three vectors. Bytes: of the product
 // three vectors, of the two solves five, of r . z two, of x and p five, of r three.
