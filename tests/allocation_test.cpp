@@ -41,7 +41,8 @@ void* operator new(std::size_t size) { return allocate(size, __STDCPP_DEFAULT_NE
 void* operator new(std::size_t size, std::align_val_t alignment) {
   return allocate(size, static_cast<std::size_t>(alignment));
 }
-// The library's own passes on to the first above. A sanitizer's does not, and takes memory that free() may not give back.
+// The library's own passes on to the first above. A sanitizer's does not, and takes memory that free() may not give
+// back.
 void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   try {
     return operator new(size);

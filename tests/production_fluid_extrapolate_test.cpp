@@ -11,7 +11,7 @@
 #include "common/levelset/field.h"
 #include "common/production_fluid/extrapolate.h"
 #include "common/production_fluid/scene.h"
-#include "tests/production_fluid_states.h"
+#include "tests/production_fluids.h"
 
 namespace lockstep::production_fluid {
 namespace {

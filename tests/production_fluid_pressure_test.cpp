@@ -122,8 +122,10 @@ TEST(ProductionFluidPressure, SolvesPockets) {
     const linear::Solution s = openmp::pressure_solve_mic(system, settings, q);
     const Eigen::VectorXd x = taken(q, matrix.place), b = taken(system.right, matrix.place);
     EXPECT_LE((b - linear::to_eigen(matrix.rows) * x).norm(), 1.001e-6 * b.norm()) << name;
-    EXPECT_LE(s.iterations, 60) << name;
-    EXPECT_LE(x.norm(), 1e3 * b.norm()) << name;
+    EXPECT_LE(s.iterations, 45) << name;  // obstacle_48, which is larger and has air, takes as many
+    // The least eigenvalue but 0 of a box n cells long is 4 sin^2(pi / 2n) > 1 / 162 for the 40 cells of two_pockets. So
+    // the constant, of which nothing is known, does not grow.
+    EXPECT_LE(x.norm(), 162 * b.norm()) << name;
   }
 }
 

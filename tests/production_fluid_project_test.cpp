@@ -9,7 +9,7 @@
 #include "common/production_fluid/project.h"
 #include "common/production_fluid/scene.h"
 #include "common/simd_double.h"
-#include "tests/production_fluid_states.h"
+#include "tests/production_fluids.h"
 #include "verify/arrays.h"
 
 namespace lockstep::production_fluid {
@@ -99,14 +99,14 @@ TEST(ProductionFluidProject, LeavesNoDivergence) {
   }
 }
 
-// p = rho g (H - y) solves the system exactly, wherever the surface is between two centres: the line that theta is taken
-// from is the pressure's own. Where theta is clamped, p is another, with which the velocity is 0 all the same, as long
-// as matrix and push clamp alike.
+// p = rho g (H - y) solves the system exactly, wherever the surface is between two centres: the line that theta is
+// taken from is the pressure's own. Where theta is clamped, p is another, with which the velocity is 0 all the same, as
+// long as matrix and push clamp alike.
 //
 // Let e be the error of q, so that A e = r, the residual. A face gets c times the difference of e, and the sum of c
-// (difference)^2 over the faces is e.r <= |r|^2 / lambda, where the least eigenvalue lambda is at least that of a column
-// of ny cells below its surface, (pi / (2 ny))^2 / 2 or more. So a face gets at most sqrt(2 c) |r| 2 ny / pi. Besides
-// come the roundings of b and the diagonal, each at most 8 u of what gravity gave, in each of ny cells.
+// (difference)^2 over the faces is e.r <= |r|^2 / lambda, where the least eigenvalue lambda is at least that of a
+// column of ny cells below its surface, (pi / (2 ny))^2 / 2 or more. So a face gets at most sqrt(2 c) |r| 2 ny / pi.
+// Besides come the roundings of b and the diagonal, each at most 8 u of what gravity gave, in each of ny cells.
 template <class Real>
 void expect_rest(const Version<Real>& version, double height, double tolerance) {
   constexpr int nx = 17, ny = 12, nz = 9;

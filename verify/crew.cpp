@@ -25,8 +25,8 @@ constexpr int turns = 20;
 // 5 to 50 microseconds.
 constexpr auto patience = 50us;
 // A thread that gets its core back so late has shared it with another program that computes. It lost a slice of the
-// scheduler's time, 3 ms here. If that happens twice in a row (the host of a virtual machine may take a core once, too),
-// it sleeps at once for a while.
+// scheduler's time, 3 ms here. If that happens twice in a row (the host of a virtual machine may take a core once,
+// too), it sleeps at once for a while.
 constexpr auto late = 500us;
 constexpr auto while_shared = 1s;
 

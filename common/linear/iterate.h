@@ -54,6 +54,7 @@ Solution iterate(const Vectors& vectors, const System<Real>& system, std::span<c
     if (refreshes || done()) vectors.axpy(step, p, x), step = 0;
     if (refreshes) residual = refreshed = std::sqrt(system.refresh(x, r)) / norm_of_b;
   }
+  // Once more, since the loop may have ended before x was added to the sum.
   solution.true_residual =
       system.refresh ? std::sqrt(system.refresh(x, r)) / norm_of_b : system.residual(b, x) / norm_of_b;
   return solution;

@@ -59,14 +59,9 @@ Beside<Real> beside(const Fluid<Real>& fluid, const Lines<Real>& lines, int axis
 // --- Formulas; of numbers or of lanes
 
 template <class Number>
-inline auto is_closed(const Number& solid_a, const Number& solid_b) {
-  return (solid_a < Number(0)) | (solid_b < Number(0));
-}
-
-template <class Number>
 inline Number distance_of_face(const Number& phi_a, const Number& solid_a, const Number& phi_b, const Number& solid_b) {
   constexpr float least = 1e-30f;
-  const Number a = select(solid_a < Number(0), phi_b, phi_a), b = select(solid_b < Number(0), phi_a, phi_b);
+  const Number a = select(is_solid(solid_a), phi_b, phi_a), b = select(is_solid(solid_b), phi_a, phi_b);
   const Number mean = (a + b) * Number(.5f);
   return select((a < Number(0)) | (b < Number(0)), mean, max(mean, Number(least)));
 }

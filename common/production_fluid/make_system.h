@@ -6,8 +6,9 @@
 //
 //   sum over open faces of c of (q(c) - q(n)) = right(c), the sum of the velocities into c through open faces, m/s.
 //
-// Where n is liquid, q(n) is an unknown. Where n is air, the pressure is zero at the surface, between the two centres at
-// theta = phi(c) / (phi(c) - phi(n)) of the way, and the line through both gives q(c) - q(n) = q(c) / theta. So
+// Where n is liquid, q(n) is an unknown. Where n is air, the pressure is zero at the surface, which is at
+// theta = phi(c) / (phi(c) - phi(n)) of the way from c to n. A pressure linear in between gives q(c) - q(n) =
+// q(c) / theta. So
 //
 //   diagonal(c) = number of liquid neighbours + sum over air neighbours of 1 / max(theta, least_theta).
 //
@@ -52,6 +53,15 @@ inline Number theta_between(const Number& phi, const Number& phi_of_air) {
   return max(phi / (phi - phi_of_air), Number(static_cast<float>(least_theta)));
 }
 
+// What the difference of q between the cells of an open face counts: 1 between two liquid cells, 1 / theta at the
+// surface, nothing between two air cells.
+template <class Number>
+inline Number coefficient_between(const Number& phi_a, const Number& phi_b) {
+  const auto liquid_a = phi_a < Number(0), liquid_b = phi_b < Number(0);
+  const Number theta = theta_between(select(liquid_a, phi_a, phi_b), select(liquid_a, phi_b, phi_a));
+  return select(liquid_a & liquid_b, Number(1), select(liquid_a | liquid_b, Number(1) / theta, Number(0)));
+}
+
 // The row of a cell, face after face.
 template <class Number>
 struct Row {
@@ -63,9 +73,8 @@ struct Row {
 template <class Number>
 inline void add_face(const Number& phi, const Number& phi_beyond, const Number& solid_beyond, const Number& into,
                      Row<Number>& row) {
-  const auto open = solid_beyond >= Number(0);
-  const Number coefficient = select(phi_beyond < Number(0), Number(1), Number(1) / theta_between(phi, phi_beyond));
-  row.diagonal = row.diagonal + select(open, coefficient, Number(0));
+  const auto open = !is_solid(solid_beyond);
+  row.diagonal = row.diagonal + select(open, coefficient_between(phi, phi_beyond), Number(0));
   row.right = row.right + select(open, into, Number(0));
 }
 

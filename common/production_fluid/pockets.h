@@ -2,8 +2,10 @@
 // few.
 #pragma once
 
+#include <algorithm>
 #include <numeric>
 #include <span>
+#include <vector>
 
 #include "common/production_fluid/system.h"
 
@@ -16,8 +18,8 @@ struct RunSum {
 };
 
 // For each run, what to subtract from `right` in its cells: the mean over its pocket; 0 where air reaches the liquid.
-// Empty if there are no pockets. Liquid cells that share a face are connected: runs of a line and of the lines beside it
-// along y and z whose cells overlap.
+// Empty if there are no pockets. Liquid cells that share a face are connected: so are runs of neighbouring lines that
+// overlap along x.
 template <class Real>
 Array<Real> means_of_pockets(const System<Real>& system, std::span<const RunSum> sums) {
   const auto [nx, ny, nz] = system.cells;
@@ -66,8 +68,8 @@ Array<Real> means_of_pockets(const System<Real>& system, std::span<const RunSum>
   return any ? means : Array<Real>();
 }
 
-// Whether a cell with a row has air beside it: what its diagonal counts beyond its liquid neighbours, at least 1 a face.
-// `neighbours`: their diagonals.
+// Whether a cell with a row has air beside it. Its diagonal counts 1 for each liquid neighbour, and at least 1 for each
+// face to the air. `neighbours` are the diagonals of the six cells around it.
 template <class Number>
 inline auto has_air_beside(const Number& diagonal, const Number (&neighbours)[6]) {
   Number rest = diagonal;

@@ -1,9 +1,10 @@
 // Contract: the pressure of a system (system.h), by preconditioned conjugate gradients.
 //
-//   mic   preconditioned by the modified incomplete Cholesky factor, M = (E + L) E^-1 (E + L)^T, with L the matrix below
-//         its diagonal and E diagonal: for cell c with lower neighbours l (along -x, -y and -z),
+//   mic   preconditioned by the modified incomplete Cholesky factor, M = (E + L) E^-1 (E + L)^T. L is the matrix below
+//         its diagonal, E is diagonal: for cell c with lower neighbours l (along -x, -y and -z),
 //
-//           e(c) = diagonal(c) - sum over l of share(l),  share(l) = (1 + tau (upper neighbours of l other than c)) / e(l)
+//           e(c) = diagonal(c) - sum over l of share(l)
+//           share(l) = (1 + tau (upper neighbours of l other than c)) / e(l)
 //           e(c) = diagonal(c) in place of any e(c) < sigma diagonal(c)
 //
 //         and M z = r by  y(c) = (r(c) + sum of y over lower neighbours) / e(c), cells ascending,
@@ -16,17 +17,18 @@
 //         block do not count. Blocks need nothing of one another, and do not follow the number of threads; the price is
 //         more iterations.
 //
-// Sums go over neighbours along x, then y, then z. A dot product adds the products of a line's cells in ascending order,
-// in double; sixteen lines of a plane, of y = 16 k to 16 k + 15, in the tree ((0 + 8) + (4 + 12)) + ...; and such
-// sixteens in ascending order of y, then z. So a solve has the same bits at every number of threads.
+// A dot product is summed in double, in an order that does not depend on the threads: the products of a line's cells in
+// ascending order; sixteen lines of a plane, y = 16 k to 16 k + 15, in the tree ((0 + 8) + (4 + 12)) + ...; and such
+// sixteens in ascending order of y, then z.
 //
-// The loop is linear/'s (common/linear/conjugate_gradients.h). It works in Real, and refreshes its residual from the sum
-// in double that the pressure is.
+// The loop is linear/'s (common/linear/conjugate_gradients.h). It works in Real. The pressure is a sum in double, from
+// which the loop refreshes its residual.
 //
 // In:     system; modification: tau and sigma; when to stop.
 // Out:    q, bordered as the system is, m/s; 0 in cells without a row. In a pocket its constant is any.
 // Returns the iterations and both residuals.
-// Source: [ITJ07] "Production Fluid"; a factor a block: what its authors' fluid did later, with a block a thread. Bridson, Fluid Simulation for Computer Graphics (2nd ed., 2015), 5.3.
+// Source: [ITJ07] "Production Fluid"; Bridson, Fluid Simulation for Computer Graphics (2nd ed., 2015), 5.3. A factor a
+//         block: as PhysBAM's threads have it, each its own block.
 #pragma once
 
 #include "common/linear/conjugate_gradients.h"

@@ -5,8 +5,8 @@
 //   u -= coefficient (q(b) - q(a)),
 //
 // where q is the solution of the system (system.h) and 0 in the air. The coefficient is what the face adds to the
-// system's diagonal (make_system.h): 1 between two liquid cells, and 1 / max(theta, least_theta) at the surface, with
-// the bits that it has there. A clamp here that differs from the one there leaves divergence in the cells beside it.
+// system's diagonal, by the same function (make_system.h): with another clamp, divergence would stay in the cells
+// beside the face.
 //
 // A closed face gets 0, the velocity of what closes it. A face between two air cells, or between air and the outside of
 // an open top, keeps its velocity.
@@ -40,21 +40,7 @@ Project<float> project;
 
 // --- Formulas; of numbers or of lanes
 
-// Whether neither of the cells beside a face is solid or a wall.
-template <class Number>
-inline auto is_open(const Number& solid_a, const Number& solid_b) {
-  return (solid_a >= Number(0)) & (solid_b >= Number(0));
-}
-
-// What the difference of q between the cells of an open face counts.
-template <class Number>
-inline Number coefficient_between(const Number& phi_a, const Number& phi_b) {
-  const auto liquid_a = phi_a < Number(0), liquid_b = phi_b < Number(0);
-  const Number theta = theta_between(select(liquid_a, phi_a, phi_b), select(liquid_a, phi_b, phi_a));
-  return select(liquid_a & liquid_b, Number(1), select(liquid_a | liquid_b, Number(1) / theta, Number(0)));
-}
-
-// The velocity of an open face behind the pressure's push. Double: a double or lanes of it.
+// The velocity of an open face after the pressure has changed it. Double: a double or lanes of it.
 template <class Double>
 inline Double pushed(const Double& velocity, const Double& coefficient, const Double& q_a, const Double& q_b) {
   return velocity - coefficient * (q_b - q_a);

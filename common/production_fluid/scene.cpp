@@ -127,7 +127,7 @@ Field<float> read_liquid(const toml::table& scene, const Grid& grid) {
   });
 }
 
-// Distances from obstacles; far from any, what lies beyond the largest box.
+// Distances from obstacles; 1e9 m where there are none.
 Field<float> read_obstacles(const toml::table& scene, const Grid& grid, const std::string& path) {
   const std::vector<levelset::Shape> shapes = read_shapes(scene, "obstacle");
   Field<double> of_mesh;
@@ -158,26 +158,13 @@ Vector3<double> swirl(const Vector3<double>& p) {
           std::sin(pi * p.z) * std::cos(5 * pi * p.x) * std::cos(2 * pi * p.y)};
 }
 
-// LeVeque's, in which a sphere is drawn out to a sheet (SIAM J. Numer. Anal. 33, 1996).
-Vector3<double> enright(const Vector3<double>& p) {
-  const auto s = [](double x) { return std::sin(pi * x); };
-  const auto s2 = [](double x) { return std::sin(2 * pi * x); };
-  return {2 * s(p.x) * s(p.x) * s2(p.y) * s2(p.z), -s2(p.x) * s(p.y) * s(p.y) * s2(p.z),
-          -s2(p.x) * s2(p.y) * s(p.z) * s(p.z)};
-}
-
-// About the line along z through the middle, one turn in 628 s (Zalesak, J. Comput. Phys. 31, 1979).
-Vector3<double> turn(const Vector3<double>& p) { return {pi / 314 * (.5 - p.y), pi / 314 * (p.x - .5), 0}; }
-
 using Flow = Vector3<double>(const Vector3<double>&);
 
 Flow* read_flow(const toml::table& scene) {
-  constexpr std::pair<std::string_view, Flow*> flows[] = {
-      {"rest", rest}, {"swirl", swirl}, {"enright", enright}, {"turn", turn}};
+  constexpr std::pair<std::string_view, Flow*> flows[] = {{"rest", rest}, {"swirl", swirl}};
   const std::string name = text(scene, "flow").value_or("rest");
   const auto found = std::ranges::find(flows, name, &std::pair<std::string_view, Flow*>::first);
-  if (found == std::end(flows))
-    refuse_value(*scene.get("flow"), "flow", R"(one of "rest", "swirl", "enright" and "turn")");
+  if (found == std::end(flows)) refuse_value(*scene.get("flow"), "flow", R"("rest" or "swirl")");
   return found->second;
 }
 

@@ -1,15 +1,15 @@
-// A liquid with a free surface on a MAC grid (marker and cell), where pressure and surface stand at the centres of cells
-// and velocities on their faces.
+// A liquid with a free surface on a MAC grid (marker and cell): pressure and surface stand at the centres of cells,
+// velocities on their faces.
 //
 // Cells are cubes of side h = `spacing` that fill a box with a corner at the origin. Cell (x, y, z) has its centre at
 // ((x + .5) h, (y + .5) h, (z + .5) h). Its faces are u(x, y, z) and u(x + 1, y, z) along x, v(x, y, z) and
 // v(x, y + 1, z) along y, w(x, y, z) and w(x, y, z + 1) along z.
 //
-// A cell is solid where solid < 0, else liquid where phi < 0, else air. The sides of the box are walls; where the top is
-// open, there is air above it. A face is closed if a solid cell or a wall is beside it.
+// A cell is solid where solid < 0, else liquid where phi < 0, else air. The sides of the box are walls. Where the top
+// is open, there is air above it. A face is closed if a solid cell or a wall is beside it.
 //
-// Source: Harlow and Welch, Phys. Fluids 8 (1965); the level set: Enright, Marschner and Fedkiw, Animation and rendering
-//         of complex water surfaces, SIGGRAPH 2002; [ITJ07] "Production Fluid".
+// Source: Harlow and Welch, Phys. Fluids 8 (1965). The level set: Enright, Marschner and Fedkiw, Animation and
+//         rendering of complex water surfaces, SIGGRAPH 2002; [ITJ07] "Production Fluid".
 #pragma once
 
 #include "common/convert.h"
@@ -38,8 +38,17 @@ struct Fluid {
 
 // Number: a number or lanes.
 template <class Number>
+inline auto is_solid(const Number& solid) {
+  return solid < Number(0);
+}
+template <class Number>
 inline auto is_liquid(const Number& phi, const Number& solid) {
-  return (phi < Number(0)) & (solid >= Number(0));
+  return (phi < Number(0)) & !is_solid(solid);
+}
+// Whether the face between two cells is closed.
+template <class Number>
+inline auto is_closed(const Number& solid_a, const Number& solid_b) {
+  return is_solid(solid_a) | is_solid(solid_b);
 }
 
 template <class Real>

@@ -42,7 +42,8 @@ struct System {
   Array<Run> runs;                   // the cells that have a row, line by line, in ascending order
 };
 
-// Calls f(first, count, run) for each run of a line, or of all in order: where its first cell stands, and how many cells it has.
+// Calls f(first, count, run) for each run of a line, or of all lines in order. `first` is where its first cell stands,
+// `count` is its number of cells.
 template <class Real, class F>
 void for_each_run_of_line(const System<Real>& system, int y, int z, const F& f) {
   const int line = y + system.cells.ny * z;

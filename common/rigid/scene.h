@@ -20,9 +20,9 @@ struct Scene {
 double making_bytes(double bodies, double triangles);
 
 // Reads a TOML scene. Throws InputError in one line, `file:line:column: what was expected`, where the file cannot be
-// read, is not what scenes/README.md says (an unknown key, a wrong type, a number out of range or not finite, points that
-// have no hull), or does not fit the machine's memory, asked before bodies are made; likewise where a mesh is refused
-// (common/mesh_file.h), or a mesh is not closed (common/mesh.h).
+// read, is not what scenes/README.md says (an unknown key, a wrong type, a number out of range or not finite, points
+// that have no hull), or does not fit the machine's memory, asked before bodies are made; likewise where a mesh is
+// refused (common/mesh_file.h), or a mesh is not closed (common/mesh.h).
 Scene load_scene(const std::string& path);
 
 }  // namespace lockstep::rigid

@@ -101,12 +101,12 @@ def draw(rows):
     axis.axvline(1, **style.BOUND)
     for series, cores in enumerate(sorted({1, most(rows)})):
         own = [r for r in rows if r["cores"] == cores]
-        places = [kernels.index(r["kernel"]) - 0.15 + 0.3 * series for r in own]
         look = {"color": style.COLOURS[series], "marker": style.MARKERS[series], "linestyle": "none", "markersize": 4.5}
-        axis.plot([1 + r["off_by"] for r in own], places, markerfacecolor="white", label=page.threads(cores), **look)
-        lacking = [(1 + r["off_by"], place) for r, place in zip(own, places) if not r["whole_cores"]]
-        if lacking:
-            axis.plot(*zip(*lacking), marker="o", linestyle="none", **style.DISTURBED)
+        white = {"markerfacecolor": "white", "label": page.threads(cores)}
+        for whole_cores, more in ((True, white), (False, style.DISTURBED)):
+            among = [r for r in own if r["whole_cores"] == whole_cores]
+            places = [kernels.index(r["kernel"]) - 0.15 + 0.3 * series for r in among]
+            axis.plot([1 + r["off_by"] for r in among], places, **look, **more)
     style.log_x(
         axis, "modelled time / measured time", (1, 2, 5) if widest > 2 else (0.8, 0.9, 1, 1.1, 1.2, 1.4, 1.6, 1.8)
     )

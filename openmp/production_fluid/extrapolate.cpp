@@ -36,8 +36,7 @@ constexpr int nearer_bit = 0, farther_bit = 6, closed_bit = 12, waits_bit = 13;
 // Of a component, each in the order of its field. A face whose distance is between 0 and the one asked for is in the
 // band and has links, closed or not.
 struct Band {
-  Real*
-      distance;  // of a face from the liquid; far where it turns out that it cannot be known, and beyond a line's ends
+  Real* distance;  // from the liquid; far of faces that turn out unknown, and beyond the ends of a line
   std::int32_t* links;
   std::vector<std::vector<std::int32_t>> free;  // [z]: faces that wait for nothing
 };
@@ -86,8 +85,8 @@ void link(const Beside<Real>& line, const Field<Real>& velocity, int y, int z, R
   }
 }
 
-// Computes up to sixteen faces that wait for nothing. Neighbours are read only if they are nearer, which is to say done:
-// another thread may be at work on the others.
+// Computes up to sixteen faces that wait for nothing. Neighbours are read only if they are nearer, which is to say
+// done: another thread may be at work on the others.
 void complete(const Band& band, const std::int32_t (&step)[6], const std::int32_t* face, int count,
               Field<Real>& velocity) {
   const maskv there = first_lanes(count);
@@ -157,8 +156,8 @@ void continue_component(const Fluid<Real>& fluid, const Lines<Real>& lines, int 
           link(beside(fluid, lines, axis, y, z), velocity, y, z, distance, nothing.data(), band,
                [&](int x) { band.free[z].push_back(static_cast<std::int32_t>(velocity.index(x, y, z))); });
       });
-      // A face is worked on by the one thread that found it waiting for nothing, after all that it reads. Planes differ in
-      // work, hence dynamic.
+      // A face is worked on by the one thread that found it waiting for nothing, after all that it reads. Planes differ
+      // in work, hence dynamic.
 #pragma omp for schedule(dynamic)
     for (int z = 0; z < planes; ++z)
       if (!failure.happened()) failure.guard([&] { visit(band, step, band.free[z], velocity); });

@@ -1,9 +1,9 @@
 // Solves the system of the pressure by conjugate gradients.
 //
-// The algorithm and its serial form stand in serial/production_fluid/pressure_solve.cpp. All vectors of the solve are in
-// the order of skewed.h, so that the triangular solves take sixteen cells at once with neighbours in the same order as
-// ever, and every other operation goes straight through memory. The system comes into that order once, and the pressure
-// leaves it whenever it is refreshed.
+// The algorithm and its serial form stand in serial/production_fluid/pressure_solve.cpp. All vectors of the solve are
+// in the order of skewed.h, so that the triangular solves take sixteen cells at once with neighbours in the same order
+// as ever, and every other operation goes straight through memory. The system comes into that order once, and the
+// pressure leaves it whenever it is refreshed.
 //
 // The contract stands in common/production_fluid/pressure_solve.h.
 #include "common/production_fluid/pressure_solve.h"
@@ -124,15 +124,16 @@ double multiply(const Skewed& skewed, const Array<Real>& diagonal, std::span<con
   });
 }
 
-// --- The factor, of one kind: a class that calls f(part, coupled) for all parts in the order of a solve along x, y and
-// z, or against them. Every thread of the team must call it.
+// --- The factor. Whole and InBlocks, the two kinds of it, call f(part, coupled) for all parts in the order of a
+// triangular solve, ascending or descending. Every thread of the team must call them.
 
-// Which outer neighbours of a tile count in the factor: those along y; those in the planes before and after.
+// Whether neighbours beyond a tile count in the factor: along y, in the plane before, in the plane after.
 struct Coupled {
   bool y, low_z, high_z;
 };
 
-// All of them. Stage after stage; the barrier at the end of a stage makes what its parts wrote visible to the next.
+// One factor of all cells, stage after stage. The barrier at the end of a stage makes what its parts wrote visible to
+// the next.
 struct Whole {
   const Skewed& skewed;
 
@@ -155,7 +156,7 @@ struct Whole {
   }
 };
 
-// Those of the same block.
+// A factor a block.
 struct InBlocks {
   const Skewed& skewed;
 
@@ -204,6 +205,7 @@ Array<Real> make_inverses(const Skewed& skewed, const Kind& kind, const Array<Re
                           const linear::Modification& modification) {
   const floatv tau = static_cast<Real>(modification.tau), sigma = static_cast<Real>(modification.sigma);
   Array<Real> inverse(skewed.size()), share(skewed.size());
+  // The threads share parts as the kind says. A part writes its own cells.
 #pragma omp parallel
   kind.ascending([&](const Stretch& part, const Coupled& c) {
     for_each_vector(skewed, part, [&](std::size_t i) {
@@ -222,6 +224,7 @@ Array<Real> make_inverses(const Skewed& skewed, const Kind& kind, const Array<Re
 template <class Kind>
 void precondition(const Skewed& skewed, const Kind& kind, const Array<Real>& inverse, std::span<const Real> r,
                   std::span<Real> z) {
+  // The threads share parts as the kind says. A part writes its own cells.
 #pragma omp parallel
   {
     kind.ascending([&](const Stretch& part, const Coupled& c) {
@@ -250,7 +253,7 @@ Cells cells_of(const Bordered& cells, const Stretch& tile, int s, int l) {
   return {y, begin, y < cells.ny ? std::min(x + lanes, cells.nx) : begin, begin - x};
 }
 
-// Fills a tile with values of its cells: value(x, y, z).
+// Fills a tile with values of its cells: value(i), where i is where the cell stands in bordered arrays.
 template <class Value>
 void fill(const Skewed& skewed, const Stretch& tile, std::span<Real> to, const Value& value) {
   for (int s = tile.begin; s < tile.end; s += lanes) {

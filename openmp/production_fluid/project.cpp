@@ -25,7 +25,7 @@ void push(const Side& a, const Side& b, int count, Real* velocity) {
     const floatv coefficient = coefficient_between(load(&a.line.phi[x]), load(&b.line.phi[x]));
     const floatv open =
         to_float(pushed(to_double(load(&velocity[x])), to_double(coefficient), load(&a.q[x]), load(&b.q[x])));
-    const floatv found = select(is_open(load(&a.line.solid[x]), load(&b.line.solid[x])), open, 0.f);
+    const floatv found = select(!is_closed(load(&a.line.solid[x]), load(&b.line.solid[x])), open, 0.f);
     store(&velocity[x], found, first_lanes(count - x));
   }
 }

@@ -1,7 +1,7 @@
 // Makes the system of the pressure.
 //
-// Every liquid cell asks that as much flows out of it as into it. Through each of its six faces the pressure of the cell
-// beyond pushes back: an unknown if that cell is liquid, zero at the surface if it is air, nothing if the face is
+// Every liquid cell asks that as much flows out of it as into it. Through each of its six faces the pressure of the
+// cell beyond pushes back: an unknown if that cell is liquid, zero at the surface if it is air, nothing if the face is
 // closed. Then cells are gathered into runs along x, which the solver goes through, and liquid that air cannot reach
 // gets a right-hand side that has a solution.
 //

@@ -1,9 +1,9 @@
 // Solves the system of the pressure by conjugate gradients.
 //
-// Without a preconditioner information moves one cell an iteration. Each solve with an incomplete Cholesky factor takes
-// it through the whole grid, there and back: fewer iterations, by the square root of that. The factor is that of
-// elimination in the order of the cells, with what would fill zeros of the matrix added to the diagonal instead
-// (modified), so that sums of rows stay what they are; tau and sigma keep it away from breakdown.
+// Without a preconditioner, an iteration moves information by one cell. A solve with an incomplete Cholesky factor
+// moves it through the whole grid, there and back, so that far fewer iterations are needed. The factor comes from
+// elimination in the order of the cells. What would fill zeros of the matrix is added to the diagonal instead
+// (modified), so that sums of rows are kept. tau and sigma keep the factor from breaking down.
 //
 // The matrix is never stored: off its diagonal it is -1 for each liquid neighbour. Where no liquid is, all vectors are
 // 0, and contribute nothing.
@@ -91,8 +91,8 @@ double refresh(const System<Real>& system, Array<double>& q, std::span<Real> x, 
 
 // --- The factor
 
-// Which neighbours along y and z count in the factor, those of one block: how far from a cell they stand. In place of
-// the others stands a line of the border, which is 0.
+// How far from a cell its neighbours along y and z stand. Those of another block do not count in the factor: a line of
+// the border takes their place, which is 0.
 struct Neighbours {
   std::ptrdiff_t low_y, high_y, low_z, high_z;
 };
@@ -107,12 +107,12 @@ Neighbours neighbours_of(const Bordered& cells, int block, int y, int z) {
 // Calls f(i, neighbours) for each cell with a row, in order of x, y, z or in the opposite one.
 template <class F>
 void ascending(const System<Real>& system, int block, const F& f) {
-  const auto [nx, ny, nz] = system.cells;
-  for (int z = 0; z < nz; ++z)
-    for (int y = 0; y < ny; ++y) {
+  for (int z = 0; z < system.cells.nz; ++z)
+    for (int y = 0; y < system.cells.ny; ++y) {
       const Neighbours neighbours = neighbours_of(system.cells, block, y, z);
-      for (int run = system.first_run[y + ny * z]; run < system.first_run[y + ny * z + 1]; ++run)
-        for (int x = system.runs[run].begin; x < system.runs[run].end; ++x) f(system.cells.index(x, y, z), neighbours);
+      for_each_run_of_line(system, y, z, [&](std::size_t first, int count, int) {
+        for (int k = 0; k < count; ++k) f(first + k, neighbours);
+      });
     }
 }
 template <class F>

@@ -21,7 +21,7 @@ void push(const Side& a, const Side& b, int count, Real* velocity) {
   for (int x = 0; x < count; ++x) {
     const Real coefficient = coefficient_between(a.line.phi[x], b.line.phi[x]);
     const Real open = static_cast<Real>(pushed<double>(velocity[x], coefficient, a.q[x], b.q[x]));
-    velocity[x] = select(is_open(a.line.solid[x], b.line.solid[x]), open, Real(0));
+    velocity[x] = select(!is_closed(a.line.solid[x], b.line.solid[x]), open, Real(0));
   }
 }
 

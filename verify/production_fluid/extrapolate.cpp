@@ -1,5 +1,5 @@
-// The velocity's continuation into the air, as the verifier and the benchmark see it: bitwise with the serial twin, every
-// face and the padding. It starts from what the serial texts project.
+// The velocity's continuation into the air, as the verifier and the benchmark see it: bitwise with the serial twin,
+// every face and the padding. It starts from what the serial texts project.
 #include "common/production_fluid/extrapolate.h"
 
 #include "common/production_fluid/project.h"

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "common/production_fluid/make_system.h"
-#include "common/production_fluid/pressure_solve.h"
 #include "verify/inputs.h"
 
 namespace lockstep::verify::production_fluid_inputs {
@@ -41,9 +40,7 @@ double bytes_of(const Solved& solved) { return 8. * solved.q.size(); }
 std::shared_ptr<const Array<double>> pressure(const std::string& path) {
   const auto solved = verify::inputs<Solved>(path, [&] {
     Solved made;
-    serial::pressure_solve_mic(
-        inputs(path)->system,
-        {.modification = {.tau = .97, .sigma = .25}, .stop = {.tolerance = 1e-6, .iterations = 1000}}, made.q);
+    serial::pressure_solve_mic(inputs(path)->system, pressure_settings, made.q);
     return made;
   });
   return std::shared_ptr<const Array<double>>(solved, &solved->q);

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "common/production_fluid/pressure_solve.h"
 #include "common/production_fluid/scene.h"
 #include "common/production_fluid/system.h"
 #include "verify/kernel.h"
@@ -19,14 +20,17 @@ std::shared_ptr<const Inputs> inputs(const std::string& path);
 // The scene's velocity, with padding that shows whether a kernel has written it.
 production_fluid::Faces<float> velocity(const Inputs& in);
 
-// The solution of the system, by the serial text to 1e-6.
+inline constexpr production_fluid::PressureSettings pressure_settings = {
+    .modification = {.tau = .97, .sigma = .25}, .stop = {.tolerance = 1e-6, .iterations = 400}};
+
+// The solution of the system by the serial text.
 std::shared_ptr<const Array<double>> pressure(const std::string& path);
 
 double cells_of(const Inputs& in);         // of the box
 double faces_of(const Inputs& in);         // of the box, its sides included
 double liquid_cells_of(const Inputs& in);  // that have a row of the system
 
-// For all kernels of the pressure.
+// For all kernels but the advections.
 Scenes pressure_scenes();
 
 }  // namespace lockstep::verify::production_fluid_inputs

@@ -1,4 +1,5 @@
-// The system of the pressure, as the verifier and the benchmark see it: bitwise with the serial twin, every array whole.
+// The system of the pressure, as the verifier and the benchmark see it: bitwise with the serial twin, every array
+// whole.
 #include "common/production_fluid/make_system.h"
 
 #include "verify/production_fluid/inputs.h"

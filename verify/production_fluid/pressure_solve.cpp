@@ -24,9 +24,6 @@ namespace {
 using namespace production_fluid;
 using namespace production_fluid_inputs;
 
-constexpr PressureSettings settings = {.modification = {.tau = .97, .sigma = .25},
-                                       .stop = {.tolerance = 1e-6, .iterations = 400}};
-
 // An iteration multiplies by A and by M^-1, takes three dot products, and updates three vectors. Bytes: of the product
 // three vectors, of the two solves five, of r . z two, of x and p five, of r three.
 Work work_of(double liquid, int iterations) {
@@ -38,11 +35,11 @@ void require_convergence(Judgement& judgement, const Pressure& openmp, const Pre
   if (!judgement.passed) return;
   char text[160];
   std::snprintf(text, sizeof text, "%.0f iterations, |r|/|b| %.2e, true %.2e of at most %.2e", openmp.number[0],
-                openmp.number[1], openmp.number[2], settings.stop.tolerance);
+                openmp.number[1], openmp.number[2], pressure_settings.stop.tolerance);
   judgement.worst_at = text;
   if (judgement.verdict == Verdict::converged)
     judgement.worst_at += "; serial mic " + std::to_string(static_cast<int>(serial.number[0])) + " iterations";
-  judgement.passed = openmp.number[2] <= settings.stop.tolerance;
+  judgement.passed = openmp.number[2] <= pressure_settings.stop.tolerance;
 }
 
 Judgement same_solve(const Pressure& openmp, const Pressure& serial) {
@@ -53,8 +50,10 @@ Judgement same_solve(const Pressure& openmp, const Pressure& serial) {
 
 // Another preconditioner, at the cost of some iterations.
 Judgement same_answer(const Pressure& openmp, const Pressure& serial) {
-  Judgement judgement{
-      .verdict = Verdict::converged, .error = openmp.number[2], .bound = settings.stop.tolerance, .worst_at = ""};
+  Judgement judgement{.verdict = Verdict::converged,
+                      .error = openmp.number[2],
+                      .bound = pressure_settings.stop.tolerance,
+                      .worst_at = ""};
   require_convergence(judgement, openmp, serial);
   return judgement;
 }
@@ -66,7 +65,7 @@ Case make(const std::string& path, PressureSolve<float>* serial, PressureSolve<f
   poison(start);
   const auto with = [in](PressureSolve<float>* solve) {
     return [in, solve](Pressure& p) {
-      const linear::Solution s = solve(in->system, settings, p.q);
+      const linear::Solution s = solve(in->system, pressure_settings, p.q);
       p.number = {double(s.iterations), s.recursive_residual, s.true_residual};
     };
   };
