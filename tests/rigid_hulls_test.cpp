@@ -190,6 +190,10 @@ TEST(RigidHulls, OfATriangleHasTwoSides) {
   };
   EXPECT_EQ(of({0, 0, 2}), "triangle 1 is thinner than a plane needs");
   EXPECT_EQ(of({1e-7, 0, 2}), "triangle 1 is thinner than a plane needs");
+  // Beside its first or second corner: around the triangle's middle, the two would be one point.
+  EXPECT_EQ(of({1e-30, 0, 0}), "triangle 1 is thinner than a plane needs");
+  EXPECT_EQ(of({1e-30, 0, 4}), "triangle 1 is thinner than a plane needs");
+  EXPECT_EQ(of({1e-5, 0, 0}), "no error");
 }
 
 }  // namespace

@@ -95,8 +95,9 @@ void add_mesh(World<double>& world, const Mesh& mesh, const Pose<double>& local)
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& [a, b, c] = mesh.triangles[t];
     const Vector &p = mesh.points[a], &q = mesh.points[b], &r = mesh.points[c];
-    const Vector ab = q - p, ac = r - p, normal = cross(ab, ac);
-    if (!(dot(normal, normal) > flat * flat * dot(ab, ab) * dot(ac, ac)))
+    const Vector ab = q - p, ac = r - p, bc = r - q, normal = cross(ab, ac);
+    const double longest_2 = std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)});
+    if (!(dot(normal, normal) > flat * flat * longest_2 * longest_2))
       throw std::invalid_argument("triangle " + std::to_string(t + 1) + " is thinner than a plane needs");
     // The hull is around its own middle, so that float keeps its shape far from the mesh's origin, too.
     const Vector middle =
