@@ -51,6 +51,8 @@ const std::map<std::string, int> floors = {
     {"production_fluid/make_system", 81},
     {"production_fluid/pressure_solve", 58},
     {"production_fluid/project", 96},
+    {"production_fluid/redistance", 94},
+    {"production_fluid/time_step", 93},
     {"rigid/batches", 99},
     {"rigid/box_box", 61},
     {"rigid/bvh", 57},

@@ -1,0 +1,44 @@
+// Makes the level set a distance again.
+//
+// The algorithm and its serial form stand in serial/production_fluid/redistance.cpp. levelset/ has the threads and the
+// lanes; signs are given to sixteen cells along x at once, and threads share the lines.
+//
+// The contract stands in common/production_fluid/redistance.h.
+#include "common/production_fluid/redistance.h"
+
+#include "common/levelset/blocks.h"
+#include "common/levelset/fast_marching.h"
+#include "common/levelset/fast_sweeping.h"
+#include "common/levelset/initialize.h"
+#include "common/real.h"
+#include "common/simd.h"
+
+namespace lockstep::production_fluid::openmp {
+namespace {
+
+void take_distances(const Field<Real>& distance, Real band, Field<Real>& phi) {
+  // A line changes its own cells, from distances that none changes.
+#pragma omp parallel for collapse(2) schedule(static)
+  for (int z = 0; z < phi.nz; ++z)
+    for (int y = 0; y < phi.ny; ++y)
+      for (int x = 0; x < phi.nx; x += lanes) {
+        Real* const at = &phi(x, y, z);
+        store(at, signed_distance(load(at), load(&distance(x, y, z)), floatv(band)), first_lanes(phi.nx - x));
+      }
+}
+
+}  // namespace
+
+void redistance_sweeping(Field<Real>& phi, Real band, Distances<Real>& distances) {
+  levelset::openmp::initialize(phi, distances);
+  levelset::openmp::fast_sweeping_sweeps(distances, band, 1);
+  take_distances(distances.distance, band, phi);
+}
+
+void redistance_marching(Field<Real>& phi, Real band, Distances<Real>& distances) {
+  levelset::openmp::initialize(phi, distances);
+  levelset::openmp::fast_marching_blocks(distances, band, levelset::block_size);
+  take_distances(distances.distance, band, phi);
+}
+
+}  // namespace lockstep::production_fluid::openmp

@@ -1,0 +1,38 @@
+// Makes the level set a distance again.
+//
+// Advection keeps the surface but not the distances about it: their gradient drifts away from 1, and where it becomes
+// steep or flat, surface and particles suffer. The distances come from levelset/; what is left here is the sign.
+//
+// The contract stands in common/production_fluid/redistance.h.
+#include "common/production_fluid/redistance.h"
+
+#include "common/levelset/blocks.h"
+#include "common/levelset/fast_marching.h"
+#include "common/levelset/fast_sweeping.h"
+#include "common/levelset/initialize.h"
+#include "common/real.h"
+
+namespace lockstep::production_fluid::serial {
+namespace {
+
+void take_distances(const Field<Real>& distance, Real band, Field<Real>& phi) {
+  for (int z = 0; z < phi.nz; ++z)
+    for (int y = 0; y < phi.ny; ++y)
+      for (int x = 0; x < phi.nx; ++x) phi(x, y, z) = signed_distance(phi(x, y, z), distance(x, y, z), band);
+}
+
+}  // namespace
+
+void redistance_sweeping(Field<Real>& phi, Real band, Distances<Real>& distances) {
+  levelset::serial::initialize(phi, distances);
+  levelset::serial::fast_sweeping_sweeps(distances, band, 1);
+  take_distances(distances.distance, band, phi);
+}
+
+void redistance_marching(Field<Real>& phi, Real band, Distances<Real>& distances) {
+  levelset::serial::initialize(phi, distances);
+  levelset::serial::fast_marching_blocks(distances, band, levelset::block_size);
+  take_distances(distances.distance, band, phi);
+}
+
+}  // namespace lockstep::production_fluid::serial
