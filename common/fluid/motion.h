@@ -28,8 +28,9 @@ struct Movement {
   Real position, half_velocity, velocity;
 };
 
-// One time step of the leapfrog; a particle that went through a wall is mirrored at it. Conditions are joined by &:
-// with && the openmp loop took 1.6 times as long.
+// One time step of the leapfrog; a particle that went through a wall is mirrored at it. The compiler makes selects of
+// these very conditions. Joined by &, the serial loop took 1.15 times as long; with && but without the nested ?:, or the
+// other way around, the openmp loop took six times as long.
 template <class Real>
 inline Movement<Real> leapfrog(const Model<Real>& model, const Axis<Real>& axis, Real acceleration, Real position,
                                Real half_velocity) {
@@ -38,11 +39,10 @@ inline Movement<Real> leapfrog(const Model<Real>& model, const Axis<Real>& axis,
   Real p = position + hv * model.time_step;
   Real v = (half_velocity + hv) * Real(.5);
 
-  const bool below = model.walls & (cell == 0) & (p < axis.min);
-  const bool above = model.walls & (cell == axis.cells - 1) & (p > axis.max);
-  p = below ? axis.min + (axis.min - p) : p;
-  p = above ? axis.max - (p - axis.max) : p;
-  const bool mirrored = below | above;
+  const bool below = model.walls && cell == 0 && p < axis.min;
+  const bool above = model.walls && cell == axis.cells - 1 && p > axis.max;
+  p = below ? axis.min + (axis.min - p) : above ? axis.max - (p - axis.max) : p;
+  const bool mirrored = below || above;
   v = mirrored ? -v : v;
   hv = mirrored ? -hv : hv;
   return {p, hv, v};
