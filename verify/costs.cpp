@@ -9,6 +9,7 @@
 
 #include "common/array.h"
 #include "common/simd.h"
+#include "verify/held_team.h"
 #include "verify/program.h"
 
 namespace lockstep::verify {
@@ -217,12 +218,21 @@ double clock_cost_ns() {
 }
 
 Costs measure_costs() {
-  const int threads = std::min(2, omp_get_num_procs());
+  const int threads = std::min(2, omp_get_num_procs()), threads_before = omp_get_max_threads();
   Costs costs;
-  costs.fork_join = {fork_join_ns(1), fork_join_ns(threads)};
-  costs.barrier = {barrier_ns(1), barrier_ns(threads)};
-  costs.lock_moved = lock_moved_ns();
-  costs.dispatch = {dispatch_ns(1), dispatch_ns(threads)};
+  // On the teams that rows run on: one thread is never held, two are.
+  hold_team(1, [&] {
+    costs.fork_join.one = fork_join_ns(1);
+    costs.barrier.one = barrier_ns(1);
+    costs.dispatch.again = dispatch_ns(1);
+  });
+  hold_team(threads, [&] {
+    costs.fork_join.two = fork_join_ns(threads);
+    costs.barrier.two = barrier_ns(threads);
+    costs.lock_moved = lock_moved_ns();
+    costs.dispatch.moved = dispatch_ns(threads);
+  });
+  omp_set_num_threads(threads_before);
   for (int t = 1; t <= omp_get_num_procs(); t *= 2)
     costs.bytes_per_ns = std::max(costs.bytes_per_ns, triad_gb_per_s(t));
   return costs;

@@ -29,8 +29,8 @@ struct Movement {
 };
 
 // One time step of the leapfrog; a particle that went through a wall is mirrored at it. The compiler makes selects of
-// these very conditions. Joined by &, the serial loop took 1.15 times as long; with && but without the nested ?:, or the
-// other way around, the openmp loop took six times as long.
+// these very conditions. Joined by &, the serial loop took 1.15 times as long; with && but without the nested ?:, or
+// the other way around, the openmp loop took six times as long.
 template <class Real>
 inline Movement<Real> leapfrog(const Model<Real>& model, const Axis<Real>& axis, Real acceleration, Real position,
                                Real half_velocity) {
