@@ -64,6 +64,14 @@ inline Corners<Real> load_corners(const Real* field, const Cell<std::int32_t>& c
   return {line[0], line[1], next[0], next[1], line[plane], line[plane + 1], next[plane], next[plane + 1]};
 }
 
+// How sample and velocity_at load the values of a cell, unless they are told another way.
+struct LoadCorners {
+  template <class Real, class Index>
+  auto operator()(const Real* field, const Cell<Index>& cell) const {
+    return load_corners(field, cell);
+  }
+};
+
 // Trilinear interpolation: along x, then y, then z.
 template <class Number>
 inline Number interpolate(const Corners<Number>& c, const Number& x, const Number& y, const Number& z) {
@@ -74,34 +82,68 @@ inline Number interpolate(const Corners<Number>& c, const Number& x, const Numbe
   return interpolate(near, far, z);
 }
 
+// How the interpolation changes along each axis, per cell.
+template <class Number>
+inline Vector3<Number> slope(const Corners<Number>& c, const Number& x, const Number& y, const Number& z) {
+  using levelset::interpolate;
+  const auto rise = [&](int line) { return c.value[2 * line + 1] - c.value[2 * line]; };
+  const auto along_x = [&](int line) { return interpolate(c.value[2 * line], c.value[2 * line + 1], x); };
+  const Number line[] = {along_x(0), along_x(1), along_x(2), along_x(3)};
+  return {interpolate(interpolate(rise(0), rise(1), y), interpolate(rise(2), rise(3), y), z),
+          interpolate(line[1] - line[0], line[3] - line[2], z),
+          interpolate(line[2], line[3], y) - interpolate(line[0], line[1], y)};
+}
+
+// The cell that begins at a point of a field.
+template <class Index, class Real>
+inline Cell<Index> cell_of(const Field<Real>& field, const Index& x, const Index& y, const Index& z) {
+  return {
+      .first = (z * field.ny + y) * field.pitch + x,
+      .to_line = select(y < Index(field.ny - 1), Index(field.pitch), Index(0)),
+      .to_plane = select(z < Index(field.nz - 1), Index(field.pitch * field.ny), Index(0)),
+  };
+}
+
+// Where a position lies in a field: in which cell, and how far along it. `first` is where the field's first value
+// stands.
+template <class Number, class Index>
+struct Spot {
+  Cell<Index> cell;
+  Vector3<Number> along;
+};
+template <class Index, class Number, class Real>
+inline Spot<Number, Index> spot_of(const Field<Real>& field, const Vector3<float>& first, const Vector3<Number>& at) {
+  const auto x = place<Index>(at.x - Number(first.x), field.nx), y = place<Index>(at.y - Number(first.y), field.ny),
+             z = place<Index>(at.z - Number(first.z), field.nz);
+  return {cell_of(field, x.first, y.first, z.first), {x.fraction, y.fraction, z.fraction}};
+}
+
 // A field between its points. Beside the last point of a line, a value of its padding is read and counts nothing, if it
 // is finite.
-template <class Number, class Index, class Real>
+template <class Number, class Index, class Real, class Load = LoadCorners>
 inline Number sample(const Field<Real>& field, const levelset::Between<Number, Index>& x,
-                     const levelset::Between<Number, Index>& y, const levelset::Between<Number, Index>& z) {
-  const Cell<Index> cell = {
-      .first = (z.first * field.ny + y.first) * field.pitch + x.first,
-      .to_line = select(y.first < Index(field.ny - 1), Index(field.pitch), Index(0)),
-      .to_plane = select(z.first < Index(field.nz - 1), Index(field.pitch * field.ny), Index(0)),
-  };
-  return interpolate(load_corners(&field.value[field.index(0, 0, 0)], cell), x.fraction, y.fraction, z.fraction);
+                     const levelset::Between<Number, Index>& y, const levelset::Between<Number, Index>& z,
+                     const Load& load = {}) {
+  const Cell<Index> cell = cell_of(field, x.first, y.first, z.first);
+  return interpolate(load(&field.value[field.index(0, 0, 0)], cell), x.fraction, y.fraction, z.fraction);
 }
 
 // The same at a position; one outside the field is clamped. `first` is where the field's first value stands.
-template <class Index, class Number, class Real>
-inline Number sample(const Field<Real>& field, const Vector3<float>& first, const Vector3<Number>& at) {
+template <class Index, class Number, class Real, class Load = LoadCorners>
+inline Number sample(const Field<Real>& field, const Vector3<float>& first, const Vector3<Number>& at,
+                     const Load& load = {}) {
   return sample(field, place<Index>(at.x - Number(first.x), field.nx), place<Index>(at.y - Number(first.y), field.ny),
-                place<Index>(at.z - Number(first.z), field.nz));
+                place<Index>(at.z - Number(first.z), field.nz), load);
 }
 
 // Each component on its own grid. Two of the three grids agree along each axis.
-template <class Index, class Number, class Real>
-inline Vector3<Number> velocity_at(const Faces<Real>& faces, const Vector3<Number>& at) {
+template <class Index, class Number, class Real, class Load = LoadCorners>
+inline Vector3<Number> velocity_at(const Faces<Real>& faces, const Vector3<Number>& at, const Load& load = {}) {
   const auto& [u, v, w] = faces;
   const auto face_x = place<Index>(at.x, u.nx), x = place<Index>(at.x - Number(.5f), v.nx);
   const auto face_y = place<Index>(at.y, v.ny), y = place<Index>(at.y - Number(.5f), u.ny);
   const auto face_z = place<Index>(at.z, w.nz), z = place<Index>(at.z - Number(.5f), u.nz);
-  return {sample(u, face_x, y, z), sample(v, x, face_y, z), sample(w, x, y, face_z)};
+  return {sample(u, face_x, y, z, load), sample(v, x, face_y, z, load), sample(w, x, y, face_z, load)};
 }
 
 // `velocity` is that at the point, `cells` is dt / h.
