@@ -41,7 +41,7 @@ WRAPPED = GOMP_parallel GOMP_parallel_sections GOMP_parallel_loop_nonmonotonic_d
 WRAPS = $(WRAPPED:%=-Wl,--wrap=%)
 LINK  = $(CXX) $(FLAGS) $(WRAPS)
 PYTHON = /usr/bin/python3
-DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libqhull-dev libeigen3-dev libsuitesparse-dev libccd-dev libgtest-dev python3-matplotlib python3-vtk9 xvfb xauth clang-14 libomp-14-dev libclang-rt-14-dev
+DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libqhull-dev libeigen3-dev librandom123-dev libsuitesparse-dev libccd-dev libgtest-dev python3-matplotlib python3-vtk9 xvfb xauth clang-14 libomp-14-dev libclang-rt-14-dev
 
 # The folder of objects; each configuration has its own.
 BUILD := build/$(ISA)
@@ -203,7 +203,8 @@ $(BUILD)/verify/processor.o: verify/processor.cpp Makefile | $(BUILD)/needs
 # Made if the compiler and the headers of all packages are there.
 $(tests): | $(BUILD)/needs_of_tests
 $(BUILD)/needs: headers = CLI/CLI.hpp libcli11-dev toml++/toml.h libtomlplusplus-dev nlohmann/json.hpp nlohmann-json3-dev \
-  libqhull_r/qhull_ra.h libqhull-dev eigen3/Eigen/Dense libeigen3-dev $(if $(findstring clang,$(CXX)),omp.h libomp-14-dev)
+  libqhull_r/qhull_ra.h libqhull-dev eigen3/Eigen/Dense libeigen3-dev \
+  Random123/philox.h librandom123-dev $(if $(findstring clang,$(CXX)),omp.h libomp-14-dev)
 $(BUILD)/needs_of_tests: headers = gtest/gtest.h libgtest-dev ccd/ccd.h libccd-dev suitesparse/cholmod.h libsuitesparse-dev
 $(BUILD)/needs $(BUILD)/needs_of_tests: Makefile
 	@mkdir -p $(@D)
