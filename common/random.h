@@ -1,13 +1,12 @@
-// Random numbers without a state: four words are a function of a counter of four words and a key of two. So every thread
-// and lane computes the numbers that it needs, in whatever order, and they are the same at every number of threads.
-// Counters that differ in a single bit give words that are independent for all that statistical tests can tell.
+// Random numbers without a state: four words are a function of a counter of four words and a key of two. So every
+// thread and lane computes the numbers that it needs, in whatever order, and they are the same at every number of
+// threads. The words of two counters or keys that differ, if only in a bit, have nothing to do with each other, as far
+// as statistical tests can tell.
 //
-// The function is Philox4x32 with ten rounds. Here it is Random123's; openmp/random.h has the same for lanes.
+// The function is Philox4x32 with ten rounds: Random123's in serial/random.h, and in lanes in openmp/random.h.
 //
 // Source: Salmon, Moraes, Dror and Shaw, Parallel random numbers: as easy as 1, 2, 3, SC 2011.
 #pragma once
-
-#include <Random123/philox.h>
 
 #include <cstdint>
 
@@ -24,13 +23,6 @@ struct FourWords {
 struct RandomKey {
   std::uint32_t word[2];
 };
-
-inline FourWords<std::int32_t> philox(const FourWords<std::int32_t>& counter, const RandomKey& key) {
-  const auto word = [&](int k) { return static_cast<std::uint32_t>(counter.word[k]); };
-  const auto random = r123::Philox4x32()({{word(0), word(1), word(2), word(3)}}, {{key.word[0], key.word[1]}});
-  const auto signed_word = [&](int k) { return static_cast<std::int32_t>(random[k]); };
-  return {signed_word(0), signed_word(1), signed_word(2), signed_word(3)};
-}
 
 // From 0 to 1 - 2^-24, each multiple of 2^-24 as likely: the upper 24 bits of a word.
 template <class Number, class Index>

@@ -1,4 +1,4 @@
-// Philox4x32 with ten rounds in lanes: the same words as common/random.h's, sixteen counters at once.
+// Philox4x32 with ten rounds in lanes, sixteen counters at once: the words of serial/random.h.
 //
 // Source: Salmon, Moraes, Dror and Shaw, Parallel random numbers: as easy as 1, 2, 3, SC 2011.
 #pragma once

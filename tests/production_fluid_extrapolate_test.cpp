@@ -42,15 +42,15 @@ struct FaceState {
 template <class Real>
 FaceState state_of(const Fluid<Real>& fluid, int axis, int x, int y, int z) {
   const int ax = x - (axis == 0), ay = y - (axis == 1), az = z - (axis == 2);
-  const Cell a = cell_at(fluid, ax, ay, az), b = cell_at(fluid, x, y, z);
-  const bool closed = a == Cell::closed || b == Cell::closed;
+  const Kind a = cell_at(fluid, ax, ay, az), b = cell_at(fluid, x, y, z);
+  const bool closed = a == Kind::closed || b == Kind::closed;
   const auto phi = [&](int x, int y, int z) {
     if (fluid.open_top && y == fluid.ny) return fluid.phi(x, y - 1, z);
     const bool in_box = x >= 0 && x < fluid.nx && y >= 0 && y < fluid.ny && z >= 0 && z < fluid.nz;
     return in_box ? fluid.phi(x, y, z) : Real(0);
   };
-  const Real of_a = a == Cell::closed ? phi(x, y, z) : phi(ax, ay, az),
-             of_b = b == Cell::closed ? phi(ax, ay, az) : phi(x, y, z), mean = (of_a + of_b) * Real(.5);
+  const Real of_a = a == Kind::closed ? phi(x, y, z) : phi(ax, ay, az),
+             of_b = b == Kind::closed ? phi(ax, ay, az) : phi(x, y, z), mean = (of_a + of_b) * Real(.5);
   const Real distance = of_a >= 0 && of_b >= 0 ? std::max(mean, Real(1e-30f)) : mean;
   return {distance, closed, closed || distance <= 0};
 }
@@ -75,8 +75,8 @@ TEST(ProductionFluidExtrapolate, CopiesAlongANormalThatIsAnAxis) {
       });
       version.extrapolate(fluid, 3 * fluid.spacing, fluid.velocity);
       for_each_face(
-          fluid, fluid.velocity, [&](const Field<float>& component, int axis, int x, int y, int z, Cell a, Cell b) {
-            if (a == Cell::closed || b == Cell::closed) return;
+          fluid, fluid.velocity, [&](const Field<float>& component, int axis, int x, int y, int z, Kind a, Kind b) {
+            if (a == Kind::closed || b == Kind::closed) return;
             const double height = (y + (axis == 1 ? 0 : .5)) * h;
             const double expected = height < .43 + 3 * h ? component(x, 1, z) : 0;
             EXPECT_EQ(component(x, y, z), static_cast<float>(expected)) << version.name << ' ' << axis << ' ' << y;
@@ -103,7 +103,7 @@ TEST(ProductionFluidExtrapolate, ContinuesAcrossATiltedPlane) {
     version.extrapolate(fluid, 3 * fluid.spacing, fluid.velocity);
     int compared = 0;
     double worst = 0;
-    for_each_face(fluid, fluid.velocity, [&](const Field<float>& component, int axis, int x, int y, int z, Cell, Cell) {
+    for_each_face(fluid, fluid.velocity, [&](const Field<float>& component, int axis, int x, int y, int z, Kind, Kind) {
       // Three cells of distance are at most 3 / .48 along an axis.
       if (std::min({x, y, z}) < 8 || std::max({x, y, z}) > n - 8) return;
       const double px = (x + (axis == 0 ? 0 : .5)) * h, py = (y + (axis == 1 ? 0 : .5)) * h,
@@ -132,7 +132,7 @@ TEST(ProductionFluidExtrapolate, ContinuesAConstantToTheBit) {
       });
     version.extrapolate(fluid, 3 * fluid.spacing, fluid.velocity);
     int continued = 0;
-    for_each_face(fluid, fluid.velocity, [&](const Field<float>& component, int axis, int x, int y, int z, Cell, Cell) {
+    for_each_face(fluid, fluid.velocity, [&](const Field<float>& component, int axis, int x, int y, int z, Kind, Kind) {
       const FaceState state = state_of(fluid, axis, x, y, z);
       const bool beyond = !state.closed && state.distance > double(3 * fluid.spacing);
       EXPECT_EQ(component(x, y, z), beyond ? 0 : .1f * (axis + 1)) << version.name;
@@ -300,12 +300,12 @@ TEST(ProductionFluidExtrapolate, StaysBetweenWhatIsKnown) {
       version.extrapolate(fluid, 3 * fluid.spacing, faces);
       float least[3] = {1e9f, 1e9f, 1e9f}, most[3] = {-1e9f, -1e9f, -1e9f};
       const Field<float>* const before[] = {&fluid.velocity.u, &fluid.velocity.v, &fluid.velocity.w};
-      for_each_face(fluid, faces, [&](const Field<float>& component, int axis, int x, int y, int z, Cell, Cell) {
+      for_each_face(fluid, faces, [&](const Field<float>& component, int axis, int x, int y, int z, Kind, Kind) {
         if (!state_of(fluid, axis, x, y, z).known) return;
         EXPECT_EQ(component(x, y, z), (*before[axis])(x, y, z)) << version.name;
         least[axis] = std::min(least[axis], component(x, y, z)), most[axis] = std::max(most[axis], component(x, y, z));
       });
-      for_each_face(fluid, faces, [&](const Field<float>& component, int axis, int x, int y, int z, Cell, Cell) {
+      for_each_face(fluid, faces, [&](const Field<float>& component, int axis, int x, int y, int z, Kind, Kind) {
         const FaceState state = state_of(fluid, axis, x, y, z);
         if (state.known) return;
         if (state.distance > double(3 * fluid.spacing)) {

@@ -65,7 +65,7 @@ void expect_no_divergence(const Version<Real>& version, const char* scene, doubl
   });
   double worst = 0;
   for_each_place(fluid.phi, [&](int x, int y, int z) {
-    if (cell_at(fluid, x, y, z) != Cell::liquid) return;
+    if (cell_at(fluid, x, y, z) != Kind::liquid) return;
     const std::size_t i = solved.system.cells.index(x, y, z);
     if (solved.system.diagonal[i] == 0) return;  // no face is open
     const auto sum = [&](const Faces<Real>& f, auto value) {
@@ -82,10 +82,10 @@ void expect_no_divergence(const Version<Real>& version, const char* scene, doubl
   });
   std::printf("%-12s %s: divergence in %.2e (norm), left %.2e (largest), residual %.2e (norm)\n", scene,
               sizeof(Real) == 4 ? "float " : "double", solved.right, worst, solved.residual);
-  for_each_face(fluid, faces, [&](const Field<Real>& component, int axis, int x, int y, int z, Cell a, Cell b) {
+  for_each_face(fluid, faces, [&](const Field<Real>& component, int axis, int x, int y, int z, Kind a, Kind b) {
     const Field<Real>& before = axis == 0 ? fluid.velocity.u : axis == 1 ? fluid.velocity.v : fluid.velocity.w;
-    const bool closed = a == Cell::closed || b == Cell::closed;
-    if (!closed && (a != Cell::air || b != Cell::air)) return;
+    const bool closed = a == Kind::closed || b == Kind::closed;
+    if (!closed && (a != Kind::air || b != Kind::air)) return;
     if (component(x, y, z) != (closed ? 0 : before(x, y, z)))
       ADD_FAILURE() << scene << ": " << axis << " at " << x << ' ' << y << ' ' << z;
   });
@@ -119,9 +119,9 @@ void expect_rest(const Version<Real>& version, double height, double tolerance) 
   const double theta = height / h - .5 - std::floor(height / h - .5);
   double worst = 0;
   for_each_face(
-      fluid, fluid.velocity, [&](const Field<Real>& component, int axis, int x, int y, int z, Cell a, Cell b) {
-        if (a == Cell::air && b == Cell::air) return;
-        const bool surface = (a == Cell::air) != (b == Cell::air);
+      fluid, fluid.velocity, [&](const Field<Real>& component, int axis, int x, int y, int z, Kind a, Kind b) {
+        if (a == Kind::air && b == Kind::air) return;
+        const bool surface = (a == Kind::air) != (b == Kind::air);
         const double c = surface ? 1 / std::max(theta, least_theta) : 1;
         EXPECT_LE(std::abs(component(x, y, z)), std::sqrt(2 * c) * solved.residual * 2 * ny / pi + 8 * ny * u * g * dt)
             << "H " << height / h << " cells: " << axis << " at " << x << ' ' << y << ' ' << z;

@@ -38,15 +38,15 @@ Fluid<Real> make_fluid(int nx, int ny, int nz, double spacing, const Phi& phi) {
   return fluid;
 }
 
-enum class Cell { liquid, air, closed };
+enum class Kind { liquid, air, closed };
 
 // What is in a cell, or beyond the box.
 template <class Real>
-Cell cell_at(const Fluid<Real>& fluid, int x, int y, int z) {
-  if (y == fluid.ny && fluid.open_top) return Cell::air;
-  if (x < 0 || x >= fluid.nx || y < 0 || y >= fluid.ny || z < 0 || z >= fluid.nz) return Cell::closed;
-  if (fluid.solid(x, y, z) < 0) return Cell::closed;
-  return fluid.phi(x, y, z) < 0 ? Cell::liquid : Cell::air;
+Kind cell_at(const Fluid<Real>& fluid, int x, int y, int z) {
+  if (y == fluid.ny && fluid.open_top) return Kind::air;
+  if (x < 0 || x >= fluid.nx || y < 0 || y >= fluid.ny || z < 0 || z >= fluid.nz) return Kind::closed;
+  if (fluid.solid(x, y, z) < 0) return Kind::closed;
+  return fluid.phi(x, y, z) < 0 ? Kind::liquid : Kind::air;
 }
 
 // Calls f(component, axis, x, y, z, before, behind) for each face: what is in the cells beside it.

@@ -68,10 +68,10 @@ inline constexpr int most_moves = 15, most_attempts = 6;
 
 template <class Number>
 struct Block {
-  Vector3<Number> low, high;  // a position is in the block if low <= position < high
-  Vector3<Number> corner;     // the centre of its cell, from which the block's values count
+  Vector3<Number> low, high;   // a position is in the block if low <= position < high
+  Vector3<Number> corner;      // the centre of its cell, from which the block's values count
   Corners<Number> phi, solid;  // m
-  Number spacing, per_metre;  // m, and cells a metre
+  Number spacing, per_metre;   // m, and cells a metre
 };
 
 // The values around the block of cell (x, y, z). Where there is no further cell along an axis, the last one counts
@@ -175,8 +175,7 @@ inline auto may_stand(const Block<Number>& block, const Vector3<Number>& positio
   const auto within = [](const Number& low, const Number& at, const Number& high) { return (low <= at) & (at < high); };
   const Vector3<Number> at = block.per_metre * position, place = place_in(block, at);
   return within(block.low.x, at.x, block.high.x) & within(block.low.y, at.y, block.high.y) &
-         within(block.low.z, at.z, block.high.z) &
-         !is_solid(interpolate(block.solid, place.x, place.y, place.z));
+         within(block.low.z, at.z, block.high.z) & !is_solid(interpolate(block.solid, place.x, place.y, place.z));
 }
 
 // Whether phi is what a particle keeps of its side.

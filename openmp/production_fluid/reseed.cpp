@@ -109,8 +109,8 @@ int keep(const Block<Real>& of_block, const Particles<Real>& particles, int begi
   for (Index i = begin; i < end; i += lanes) {
     const maskv there = first_lanes(end - i);
     const floatv sign = load(&particles.sign[i]), radius = load(&particles.radius[i]);
-    const floatv phi = phi_at(block, {load(&particles.position.x[i]), load(&particles.position.y[i]),
-                                      load(&particles.position.z[i])});
+    const floatv phi =
+        phi_at(block, {load(&particles.position.x[i]), load(&particles.position.y[i]), load(&particles.position.z[i])});
     const maskv has_gone = there & has_escaped(sign, phi, radius);
     const maskv stays = there & (has_gone | !is_beyond(phi, block.spacing));
     escaped += count(has_gone);
@@ -255,11 +255,10 @@ void reseed(const Fluid<Real>& fluid, const ReseedSettings& settings, const Part
     // A unit lists its own seeds.
 #pragma omp for schedule(dynamic)
     for (int u = 0; u < units; ++u) list_seeds(fluid, plan.units[u], plan);
-    // Sixteen seeds write where they are. How often they are tried depends on what is around them, hence dynamic.
+      // Sixteen seeds write where they are. How often they are tried depends on what is around them, hence dynamic.
 #pragma omp for schedule(dynamic, 8)
-    for (Index at = 0; at < seeds; at += lanes)
-      seed_lanes(fluid, key, at, std::min(seeds - at, Index(lanes)), plan);
-    // A unit counts its own, which are all there now.
+    for (Index at = 0; at < seeds; at += lanes) seed_lanes(fluid, key, at, std::min(seeds - at, Index(lanes)), plan);
+      // A unit counts its own, which are all there now.
 #pragma omp for schedule(dynamic)
     for (int u = 0; u < units; ++u) {
       Unit& unit = plan.units[u];

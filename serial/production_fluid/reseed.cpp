@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "common/real.h"
+#include "serial/random.h"
 
 namespace lockstep::production_fluid::serial {
 namespace {
@@ -45,8 +46,7 @@ void keep(const Block<Real>& block, const Particles<Real>& particles, int begin,
 bool attempt(const Block<Real>& block, const FourWords<Index>& random, Seed<Real>& seed) {
   seed = begin_at_random(block, random);
   if (!may_stand(block, seed.position)) return false;
-  for (int moves = 0; moves < most_moves && !is_in_band(seed.sign, seed.phi, block.spacing); ++moves)
-    move(block, seed);
+  for (int moves = 0; moves < most_moves && !is_in_band(seed.sign, seed.phi, block.spacing); ++moves) move(block, seed);
   return is_in_band(seed.sign, seed.phi, block.spacing);
 }
 
@@ -75,8 +75,7 @@ void reseed(const Fluid<Real>& fluid, const ReseedSettings& settings, const Part
         const bool none = particles.count == 0;
         keep(block, particles, none ? 0 : particles.first[number_of_block],
              none ? 0 : particles.first[number_of_block + 1], settings.per_block, kept);
-        for (const Index i : kept)
-          add(reseeded, load(particles.position, i), particles.radius[i], particles.sign[i]);
+        for (const Index i : kept) add(reseeded, load(particles.position, i), particles.radius[i], particles.sign[i]);
         if (!has_room(block.phi, block.solid, block.spacing)) continue;
         for (Index n = static_cast<Index>(kept.size()); n < settings.per_block; ++n) {
           Seed<Real> seed;

@@ -37,8 +37,8 @@ Case make(const std::string& path) {
     Particles<float> particles;
   };
   const auto in = inputs(path);
-  const auto from = std::make_shared<const From>(
-      From{risen(in->scene.fluid), thinned(in->scene.fluid, *particles(path))});
+  const auto from =
+      std::make_shared<const From>(From{risen(in->scene.fluid), thinned(in->scene.fluid, *particles(path))});
   Particles<float> start = *particles(path);
   poison(start);
   const auto with = [from](Reseed<float>* reseed) {
