@@ -52,7 +52,7 @@ const std::map<std::string, int> floors = {
     {"production_fluid/pressure_solve", 58},
     {"production_fluid/project", 96},
     {"production_fluid/redistance", 94},
-    {"production_fluid/reseed", 40},
+    {"production_fluid/reseed", 60},
     {"production_fluid/time_step", 93},
     {"rigid/batches", 99},
     {"rigid/box_box", 61},
