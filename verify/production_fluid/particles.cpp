@@ -10,9 +10,7 @@ namespace lockstep::verify::production_fluid_inputs {
 using namespace production_fluid;
 using Index = std::int32_t;
 
-namespace {
-
-// From 0 to 1 (Numerical Recipes, 3rd ed., 7.1.4: the hash of an integer).
+// Numerical Recipes, 3rd ed., 7.1.4: the hash of an integer.
 double random_of(std::uint64_t x) {
   x = x * 3935559000370003845u + 2691343689449507681u;
   x ^= x >> 21, x ^= x << 37, x ^= x >> 4;
@@ -20,6 +18,8 @@ double random_of(std::uint64_t x) {
   x ^= x << 20, x ^= x >> 41, x ^= x << 5;
   return 5.42101086242752217e-20 * static_cast<double>(x);
 }
+
+namespace {
 
 Particles<float> scattered(const Fluid<float>& fluid) {
   constexpr int per_block = 16;

@@ -1,0 +1,88 @@
+// Contract: drops of spray fly for one step; those that reach the liquid become particles again.
+//
+//   v += dt g,  x += dt v        gravity first: after k steps x = x0 + k dt v0 + k (k + 1) / 2 dt^2 g
+//
+// A drop that leaves through an open top is deleted. A drop is a ball of radius r: at the sides of the box and at
+// obstacles it stops where it touches them. There it loses the velocity towards them and keeps the rest, so that it
+// slides down and no liquid is lost. So none comes to stand within an obstacle, but where the distance has no gradient,
+// or a drop goes through an obstacle in one step. A drop with phi(x) <= r, which touches the surface, becomes a
+// particle of sign -1. Drops do not meet each other, and the air does not slow them down.
+//
+// In:      fluid: phi and solid finite, as is their padding; gravity, m/s^2; dt, s, >= 0.
+//          spray: radii up to h / 2.
+// In, out: spray: those that fly on, in their order.
+//          particles: what was there, and then those that came back, in the order of the spray. `first` stays as it
+//          was: it does not hold any more, if any drop came back.
+// Source:  Enright, Marschner and Fedkiw, Animation and rendering of complex water surfaces, SIGGRAPH 2002; [ITJ07]
+//          "Production Fluid".
+#pragma once
+
+#include "common/math.h"
+#include "common/production_fluid/particles.h"
+#include "common/production_fluid/state.h"
+#include "common/production_fluid/trace.h"
+#include "common/vector3.h"
+
+namespace lockstep::production_fluid {
+
+template <class Real>
+using AdvanceSpray = void(const Fluid<Real>& fluid, const Vector3<Real>& gravity, Real dt, Spray<Real>& spray,
+                          Particles<Real>& particles);
+
+namespace serial {
+AdvanceSpray<float> advance_spray;
+AdvanceSpray<double> advance_spray;
+}  // namespace serial
+
+namespace openmp {
+AdvanceSpray<float> advance_spray;
+}  // namespace openmp
+
+// --- Formulas; of a drop or of lanes of drops.
+
+template <class Number>
+struct Drop {
+  Vector3<Number> position, velocity;  // m, m/s
+};
+
+template <class Number, class Real>
+inline Drop<Number> flown(const Drop<Number>& drop, const Vector3<Real>& gravity, Real dt) {
+  const Vector3<Number> gained = {Number(dt * gravity.x), Number(dt * gravity.y), Number(dt * gravity.z)};
+  const Vector3<Number> velocity = drop.velocity + gained;
+  return {drop.position + Number(dt) * velocity, velocity};
+}
+
+// A drop that reaches into an obstacle comes out of it along the gradient of the distance, of any length. `solid` is
+// the distance of its centre.
+template <class Number>
+inline Drop<Number> pushed_out(const Drop<Number>& drop, const Number& radius, const Number& solid,
+                               const Vector3<Number>& gradient) {
+  const Number square = dot(gradient, gradient);
+  const Vector3<Number> normal = select(square > Number(0), Number(1) / sqrt(square), Number(0)) * gradient;
+  const Number inwards = min(dot(drop.velocity, normal), Number(0));
+  return {drop.position + (radius - solid) * normal, drop.velocity - inwards * normal};
+}
+
+// Along one axis.
+template <class Number>
+inline void stop_at_sides(const Number& least, const Number& most, Number& position, Number& velocity) {
+  where(position < least, velocity) = max(velocity, Number(0));
+  where(position > most, velocity) = min(velocity, Number(0));
+  position = min(max(position, least), most);
+}
+template <class Number, class Real>
+inline void stop_at_sides(const Fluid<Real>& fluid, const Number& radius, Drop<Number>& drop) {
+  const Real h = fluid.spacing;
+  Vector3<Number>&x = drop.position, &v = drop.velocity;
+  stop_at_sides(radius, Number(h * fluid.nx) - radius, x.x, v.x);
+  stop_at_sides(radius, Number(h * fluid.ny) - (fluid.open_top ? Number(0) : radius), x.y, v.y);
+  stop_at_sides(radius, Number(h * fluid.nz) - radius, x.z, v.z);
+}
+
+// Whether a drop has left through an open top.
+template <class Number, class Real>
+inline auto has_left(const Fluid<Real>& fluid, const Drop<Number>& drop) {
+  return drop.position.y > Number(fluid.open_top ? fluid.spacing * fluid.ny : levelset::far<Real>);
+}
+
+}  // namespace lockstep::production_fluid

@@ -1,0 +1,106 @@
+// Drops of spray fly for one step; those that reach the liquid become particles again.
+//
+// The algorithm and its serial form stand in serial/production_fluid/advance_spray.cpp. Sixteen drops at once; threads
+// share chunks of drops. They fly to other arrays, since where a drop goes another may still be read. When all have
+// flown, everyone knows where each goes (openmp/compaction.h).
+//
+// The contract stands in common/production_fluid/advance_spray.h.
+#include "common/production_fluid/advance_spray.h"
+
+#include <bit>
+
+#include "common/real.h"
+#include "common/simd.h"
+#include "openmp/compaction.h"
+#include "openmp/production_fluid/shared_corners.h"
+#include "openmp/vector_lanes.h"
+
+namespace lockstep::production_fluid::openmp {
+namespace {
+
+using namespace lockstep::openmp;
+using Index = intv;
+
+Vector3<floatv> in_cells(const Fluid<Real>& fluid, const Vector3<floatv>& position) {
+  return (1 / fluid.spacing) * position;
+}
+
+// Where obstacles and sides let it go.
+void stop(const Fluid<Real>& fluid, const floatv& radius, Drop<floatv>& drop) {
+  const Field<Real>& field = fluid.solid;
+  const auto [cell, along] = spot_of<Index>(field, first_centre, in_cells(fluid, drop.position));
+  Corners<floatv> corners[1];
+  load_shared_corners({&field}, cell, corners);
+  const floatv solid = interpolate(corners[0], along.x, along.y, along.z);
+  const maskv touches = solid < radius;
+  if (any(touches)) {
+    const auto [x, v] = pushed_out(drop, radius, solid, slope(corners[0], along.x, along.y, along.z));
+    drop = {select(touches, x, drop.position), select(touches, v, drop.velocity)};
+  }
+  stop_at_sides(fluid, radius, drop);
+}
+
+floatv phi_at(const Fluid<Real>& fluid, const Vector3<floatv>& position) {
+  const auto [cell, along] = spot_of<Index>(fluid.phi, first_centre, in_cells(fluid, position));
+  Corners<floatv> corners[1];
+  load_shared_corners({&fluid.phi}, cell, corners);
+  return interpolate(corners[0], along.x, along.y, along.z);
+}
+
+// Moves the chosen ones of drops i .. i + 15 of one spray to another.
+void move(const Compaction& chosen, int i, const Spray<Real>& from, Spray<Real>& to) {
+  const Vectors<Real>&x = from.position, &v = from.velocity;
+  chosen.move(i, {{x.x.data(), to.position.x.data()},
+                  {x.y.data(), to.position.y.data()},
+                  {x.z.data(), to.position.z.data()},
+                  {v.x.data(), to.velocity.x.data()},
+                  {v.y.data(), to.velocity.y.data()},
+                  {v.z.data(), to.velocity.z.data()},
+                  {from.radius.data(), to.radius.data()}});
+}
+
+// The same to particles; the first goes to place `k`.
+void move(const Compaction& chosen, int i, const Spray<Real>& from, Particles<Real>& to, int k) {
+  const Vectors<Real>& x = from.position;
+  chosen.move(i, {{x.x.data(), &to.position.x[k]},
+                  {x.y.data(), &to.position.y[k]},
+                  {x.z.data(), &to.position.z[k]},
+                  {from.radius.data(), &to.radius[k]}});
+  const int count = std::popcount(chosen.which(i));
+  store(&to.sign[k + chosen.before(i)], -1.f, first_lanes(count));
+}
+
+}  // namespace
+
+void advance_spray(const Fluid<Real>& fluid, const Vector3<Real>& gravity, Real dt, Spray<Real>& spray,
+                   Particles<Real>& particles) {
+  if (spray.count == 0) return;
+  const int before = particles.count;
+  Compaction fly(spray.count), come_back(spray.count);
+  Spray<Real> all;
+  resize(all, spray.count);
+  const Vector3<Real*> position = pointers(spray.position), velocity = pointers(spray.velocity),
+                       new_position = pointers(all.position), new_velocity = pointers(all.velocity);
+  // A chunk moves its own drops, through fields that none writes.
+#pragma omp parallel for schedule(static)
+  for (int chunk = 0; chunk < fly.chunks(); ++chunk)
+    fly.for_each_sixteen(chunk, [&](int i) {
+      Drop<floatv> drop = flown<floatv>({load(position, i), load(velocity, i)}, gravity, dt);
+      const maskv here = !has_left(fluid, drop);
+      const floatv radius = load(&spray.radius[i]);
+      stop(fluid, radius, drop);
+      const maskv flies = phi_at(fluid, drop.position) > radius;
+      store(new_position, i, drop.position), store(new_velocity, i, drop.velocity), store(&all.radius[i], radius);
+      fly.choose(i, here & flies), come_back.choose(i, here & !flies);
+    });
+  resize(spray, fly.add_up()), resize(particles, before + come_back.add_up());
+  // A chunk's drops go to places of their own.
+#pragma omp parallel for schedule(static)
+  for (int chunk = 0; chunk < fly.chunks(); ++chunk)
+    fly.for_each_sixteen(chunk, [&](int i) {
+      move(fly, i, all, spray);
+      move(come_back, i, all, particles, before);
+    });
+}
+
+}  // namespace lockstep::production_fluid::openmp
