@@ -113,7 +113,7 @@ void remove_particles(const Fluid<Real>& fluid, const Particles<Real>& particles
         for (std::uint32_t rest = fly.which(i); rest != 0; rest &= rest - 1)
           move(fluid, particles, i + std::countr_zero(rest), spray, k++);
       });
-    // Sixteen blocks write where their own particles begin, by the places that are known by now.
+      // Sixteen blocks write where their own particles begin, by the places that are known by now.
 #pragma omp for schedule(static)
     for (int block = 0; block < firsts; block += lanes) move_first(keep, particles.first, block, kept.first);
   }

@@ -27,9 +27,10 @@ namespace {
 using namespace production_fluid;
 using namespace production_fluid_inputs;
 
-// The fluid of a scene in which every rule has something to remove. The particles have been placed three cells from the
-// surface, outside obstacles, and one in sixteen on the wrong side: now phi is half as large again, obstacles are half a
-// cell larger, and one cell in eight is a bubble, wherever it is higher than those beside it.
+// The fluid of a scene in which every rule has something to remove. The particles have been placed up to three cells
+// from the surface, outside obstacles, and one in sixteen on the wrong side. Now phi is half as large again, obstacles
+// reach half a cell further, and one in eight of the cells beside the surface is air: a bubble if none beside it is
+// higher.
 Fluid<float> made_rough(Fluid<float> fluid) {
   const float h = fluid.spacing;
   std::uint64_t cell = 0;
