@@ -18,6 +18,7 @@
 #pragma once
 
 #include "common/math.h"
+#include "common/production_fluid/advect_particles.h"
 #include "common/production_fluid/particles.h"
 #include "common/production_fluid/state.h"
 #include "common/production_fluid/trace.h"
@@ -52,15 +53,16 @@ inline Drop<Number> flown(const Drop<Number>& drop, const Vector3<Real>& gravity
   return {drop.position + Number(dt) * velocity, velocity};
 }
 
-// A drop that reaches into an obstacle comes out of it along the gradient of the distance, of any length. `solid` is
-// the distance of its centre.
+// A drop at distance `solid` from obstacles moves out of them, and loses its velocity towards them if it touches them;
+// `slope` is that of the distance. Where it vanishes, there is no way out.
 template <class Number>
-inline Drop<Number> pushed_out(const Drop<Number>& drop, const Number& radius, const Number& solid,
-                               const Vector3<Number>& gradient) {
-  const Number square = dot(gradient, gradient);
-  const Vector3<Number> normal = select(square > Number(0), Number(1) / sqrt(square), Number(0)) * gradient;
-  const Number inwards = min(dot(drop.velocity, normal), Number(0));
-  return {drop.position + (radius - solid) * normal, drop.velocity - inwards * normal};
+inline Drop<Number> stopped_by_obstacle(const Drop<Number>& drop, const Number& radius, const Number& solid,
+                                        const Vector3<Number>& slope) {
+  const Number square = dot(slope, slope);
+  const auto touches = (solid < radius) & (square > Number(0));
+  const Number along = min(dot(drop.velocity, slope), Number(0)) / select(touches, square, Number(1));
+  return {drop.position + push_out(solid, radius, slope),
+          select(touches, drop.velocity - along * slope, drop.velocity)};
 }
 
 // Along one axis.

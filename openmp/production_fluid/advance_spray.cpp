@@ -12,7 +12,7 @@
 #include "common/real.h"
 #include "common/simd.h"
 #include "openmp/compaction.h"
-#include "openmp/production_fluid/shared_corners.h"
+#include "openmp/production_fluid/scattered_corners.h"
 #include "openmp/vector_lanes.h"
 
 namespace lockstep::production_fluid::openmp {
@@ -29,22 +29,10 @@ Vector3<floatv> in_cells(const Fluid<Real>& fluid, const Vector3<floatv>& positi
 void stop(const Fluid<Real>& fluid, const floatv& radius, Drop<floatv>& drop) {
   const Field<Real>& field = fluid.solid;
   const auto [cell, along] = spot_of<Index>(field, first_centre, in_cells(fluid, drop.position));
-  Corners<floatv> corners[1];
-  load_shared_corners({&field}, cell, corners);
-  const floatv solid = interpolate(corners[0], along.x, along.y, along.z);
-  const maskv touches = solid < radius;
-  if (any(touches)) {
-    const auto [x, v] = pushed_out(drop, radius, solid, slope(corners[0], along.x, along.y, along.z));
-    drop = {select(touches, x, drop.position), select(touches, v, drop.velocity)};
-  }
+  const Corners<floatv> corners = ScatteredCorners()(&field.value[field.index(0, 0, 0)], cell);
+  const floatv solid = interpolate(corners, along.x, along.y, along.z);
+  if (any(solid < radius)) drop = stopped_by_obstacle(drop, radius, solid, slope(corners, along.x, along.y, along.z));
   stop_at_sides(fluid, radius, drop);
-}
-
-floatv phi_at(const Fluid<Real>& fluid, const Vector3<floatv>& position) {
-  const auto [cell, along] = spot_of<Index>(fluid.phi, first_centre, in_cells(fluid, position));
-  Corners<floatv> corners[1];
-  load_shared_corners({&fluid.phi}, cell, corners);
-  return interpolate(corners[0], along.x, along.y, along.z);
 }
 
 // Moves the chosen ones of drops i .. i + 15 of one spray to another.
@@ -89,7 +77,8 @@ void advance_spray(const Fluid<Real>& fluid, const Vector3<Real>& gravity, Real 
       const maskv here = !has_left(fluid, drop);
       const floatv radius = load(&spray.radius[i]);
       stop(fluid, radius, drop);
-      const maskv flies = phi_at(fluid, drop.position) > radius;
+      const maskv flies =
+          sample<Index>(fluid.phi, first_centre, in_cells(fluid, drop.position), ScatteredCorners()) > radius;
       store(new_position, i, drop.position), store(new_velocity, i, drop.velocity), store(&all.radius[i], radius);
       fly.choose(i, here & flies), come_back.choose(i, here & !flies);
     });

@@ -23,7 +23,7 @@ void stop(const Fluid<Real>& fluid, const Real& radius, Drop<Real>& drop) {
   const auto [cell, along] = spot_of<Index>(field, first_centre, in_cells(fluid, drop.position));
   const Corners<Real> corners = load_corners(&field.value[field.index(0, 0, 0)], cell);
   const Real solid = interpolate(corners, along.x, along.y, along.z);
-  if (solid < radius) drop = pushed_out(drop, radius, solid, slope(corners, along.x, along.y, along.z));
+  if (solid < radius) drop = stopped_by_obstacle(drop, radius, solid, slope(corners, along.x, along.y, along.z));
   stop_at_sides(fluid, radius, drop);
 }
 
