@@ -4,52 +4,17 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
-#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
 
+#include "tests/production_fluid_particles.h"
 #include "tests/production_fluids.h"
 
 namespace lockstep::production_fluid {
 namespace {
 
 RemoveParticles<float>* const removes[] = {serial::remove_particles, openmp::remove_particles};
-
-struct Particle {
-  float x, y, z, radius, sign;
-  bool operator==(const Particle&) const = default;
-};
-
-int block_of(const Fluid<float>& fluid, const Particle& p) {
-  const float per_cell = 1 / fluid.spacing;
-  return production_fluid::block_of<std::int32_t>(fluid.phi, per_cell * Vector3<float>{p.x, p.y, p.z});
-}
-
-// Sorted by block; of one block, in the order given.
-Particles<float> sorted(const Fluid<float>& fluid, std::vector<Particle> list) {
-  std::ranges::stable_sort(list, {}, [&](const Particle& p) { return block_of(fluid, p); });
-  Particles<float> particles;
-  resize(particles, list.size());
-  particles.first.assign(fluid.nx * fluid.ny * fluid.nz + 1, 0);
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    const auto& [x, y, z, radius, sign] = list[i];
-    store(particles.position, i, Vector3<float>{x, y, z});
-    particles.radius[i] = radius, particles.sign[i] = sign;
-    ++particles.first[block_of(fluid, list[i]) + 1];
-  }
-  for (std::size_t b = 1; b < particles.first.size(); ++b) particles.first[b] += particles.first[b - 1];
-  return particles;
-}
-
-Particle particle(const Particles<float>& from, int i) {
-  return {from.position.x[i], from.position.y[i], from.position.z[i], from.radius[i], from.sign[i]};
-}
-std::vector<Particle> list_of(const Particles<float>& particles) {
-  std::vector<Particle> list;
-  for (int i = 0; i < particles.count; ++i) list.push_back(particle(particles, i));
-  return list;
-}
 
 // Left by an earlier step, to be overwritten.
 Particles<float> old() {

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/production_fluid_particles.h"
 #include "tests/production_fluids.h"
 
 namespace lockstep::production_fluid {
@@ -24,21 +25,6 @@ Particles<float> reseeded(Reseed<float>* reseed, const Fluid<float>& fluid, cons
   Particles<float> result;
   reseed(fluid, settings, particles, result);
   return result;
-}
-
-// A field at a position in m, in double: its eight values, weighted by how near they are. An oracle.
-double value_at(const Field<float>& field, const Vector3<double>& position) {
-  double value = 0;
-  const auto weight = [](double position, int n, int k) {
-    const double at = std::clamp(position / h - .5, 0., n - 1.);
-    return std::max(0., 1 - std::abs(at - k));
-  };
-  for_each_place(field, [&](int x, int y, int z) {
-    const double w =
-        weight(position.x, field.nx, x) * weight(position.y, field.ny, y) * weight(position.z, field.nz, z);
-    value += w * field(x, y, z);
-  });
-  return value;
 }
 
 Vector3<double> position_of(const Particles<float>& particles, int i) {
