@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
-#include <cstring>
 #include <map>
 #include <random>
 #include <string>
@@ -25,13 +24,6 @@ void set_velocity(Fluid<Real>& fluid, const auto& value) {
       const auto along = [&](int i, int a) { return (i + (a == axis ? 0 : .5)) * h; };
       (*components[axis])(x, y, z) = static_cast<Real>(value(axis, along(x, 0), along(y, 1), along(z, 2)));
     });
-}
-
-bool same_bits(const Faces<float>& a, const Faces<float>& b) {
-  const auto same = [](const Field<float>& one, const Field<float>& other) {
-    return std::memcmp(one.value.data(), other.value.data(), one.value.size() * sizeof(float)) == 0;
-  };
-  return same(a.u, b.u) && same(a.v, b.v) && same(a.w, b.w);
 }
 
 // What the contract says of a face by itself.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 #include <random>
 #include <vector>
 
@@ -36,6 +37,14 @@ Fluid<Real> make_fluid(int nx, int ny, int nz, double spacing, const Phi& phi) {
     fluid.solid(x, y, z) = 1;
   });
   return fluid;
+}
+
+// Unlike ==, it tells zeros apart.
+inline bool same_bits(const Array<float>& a, const Array<float>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+}
+inline bool same_bits(const Faces<float>& a, const Faces<float>& b) {
+  return same_bits(a.u.value, b.u.value) && same_bits(a.v.value, b.v.value) && same_bits(a.w.value, b.w.value);
 }
 
 enum class Kind { liquid, air, closed };
