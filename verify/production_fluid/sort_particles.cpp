@@ -36,7 +36,6 @@ Case make(const std::string& path) {
       .compare = nullptr,
       // Five numbers read and written, and where the blocks begin.
       .work = {n, "particles", 40 * n + 4 * cells_of(*in), 0},
-      .restore = [](Particles<float>&, const Particles<float>&) {},
   });
 }
 
