@@ -1,7 +1,8 @@
 // Makes the level set a distance again.
 //
 // The algorithm and its serial form stand in serial/production_fluid/redistance.cpp. levelset/ has the threads and the
-// lanes; signs are given to sixteen cells along x at once, and threads share the lines.
+// lanes of distances; the few cells beside the surface are refined one by one. Signs are given to sixteen cells along x
+// at once, and threads share the lines.
 //
 // The contract stands in common/production_fluid/redistance.h.
 #include "common/production_fluid/redistance.h"
@@ -15,6 +16,21 @@
 
 namespace lockstep::production_fluid::openmp {
 namespace {
+
+using Index = std::int32_t;
+
+void refine(const Field<Real>& phi, Distances<Real>& distances) {
+  const Real* const values = &phi(0, 0, 0);
+  const int count = static_cast<int>(distances.interface.size());
+  // No cell is listed twice, so each is one iteration's; phi does not change.
+#pragma omp parallel for schedule(static)
+  for (int k = 0; k < count; ++k) {
+    const auto& [x, y, z] = distances.interface[k];
+    const Real steep = steepness<Index>(phi, x, y, z, [&](Index index) { return values[index]; });
+    Real& distance = distances.distance(x, y, z);
+    distance = refined_distance(phi(x, y, z), steep, distance);
+  }
+}
 
 void take_distances(const Field<Real>& distance, Real band, Field<Real>& phi) {
   // A line changes its own cells, from distances that none changes.
@@ -31,12 +47,14 @@ void take_distances(const Field<Real>& distance, Real band, Field<Real>& phi) {
 
 void redistance_sweeping(Field<Real>& phi, Real band, Distances<Real>& distances) {
   levelset::openmp::initialize(phi, distances);
+  refine(phi, distances);
   levelset::openmp::fast_sweeping_sweeps(distances, band, 1);
   take_distances(distances.distance, band, phi);
 }
 
 void redistance_marching(Field<Real>& phi, Real band, Distances<Real>& distances) {
   levelset::openmp::initialize(phi, distances);
+  refine(phi, distances);
   levelset::openmp::fast_marching_blocks(distances, band, levelset::block_size);
   take_distances(distances.distance, band, phi);
 }

@@ -15,6 +15,17 @@
 namespace lockstep::production_fluid::serial {
 namespace {
 
+using Index = std::int32_t;
+
+void refine(const Field<Real>& phi, Distances<Real>& distances) {
+  const Real* const values = &phi(0, 0, 0);
+  for (const auto& [x, y, z] : distances.interface) {
+    const Real steep = steepness<Index>(phi, x, y, z, [&](Index index) { return values[index]; });
+    Real& distance = distances.distance(x, y, z);
+    distance = refined_distance(phi(x, y, z), steep, distance);
+  }
+}
+
 void take_distances(const Field<Real>& distance, Real band, Field<Real>& phi) {
   for (int z = 0; z < phi.nz; ++z)
     for (int y = 0; y < phi.ny; ++y)
@@ -25,12 +36,14 @@ void take_distances(const Field<Real>& distance, Real band, Field<Real>& phi) {
 
 void redistance_sweeping(Field<Real>& phi, Real band, Distances<Real>& distances) {
   levelset::serial::initialize(phi, distances);
+  refine(phi, distances);
   levelset::serial::fast_sweeping_sweeps(distances, band, 1);
   take_distances(distances.distance, band, phi);
 }
 
 void redistance_marching(Field<Real>& phi, Real band, Distances<Real>& distances) {
   levelset::serial::initialize(phi, distances);
+  refine(phi, distances);
   levelset::serial::fast_marching_blocks(distances, band, levelset::block_size);
   take_distances(distances.distance, band, phi);
 }
