@@ -23,8 +23,8 @@ using levelset::Grid;
 constexpr double pi = 3.14159265358979323846;
 constexpr int most = std::numeric_limits<int>::max();
 
-// Fields of phi, solid, velocities, of the system and of a solve, in float and in double.
-constexpr double bytes_per_cell = 160;
+// Fields of phi, solid, velocities, of the system and of a solve, in float and in double; twice what a step changes.
+constexpr double bytes_per_cell = 200;
 
 // --- The grid
 
@@ -120,10 +120,12 @@ Field<float> read_liquid(const toml::table& scene, const Grid& grid) {
   const toml::table* pool_table = subtable(scene, "pool");
   if (shapes.empty() && !pool_table) refuse(scene.source(), "liquid or pool is missing");
   const Pool pool = pool_table ? read_pool(*pool_table, grid) : Pool{};
+  const std::vector<levelset::Shape> air = read_shapes(scene, "air");
   return field_of(grid, 0, [&](int x, int y, int z) {
     const Vector3<double> p = grid.position(x, y, z);
     const double of_shapes = shapes.empty() ? 1e9 : levelset::signed_distance(shapes, p);
-    return std::min(of_shapes, pool.signed_distance(p));
+    const double of_air = air.empty() ? 1e9 : levelset::signed_distance(air, p);
+    return std::max(std::min(of_shapes, pool.signed_distance(p)), -of_air);
   });
 }
 
@@ -158,13 +160,30 @@ Vector3<double> swirl(const Vector3<double>& p) {
           std::sin(pi * p.z) * std::cos(5 * pi * p.x) * std::cos(2 * pi * p.y)};
 }
 
+// A turn about the middle of the box, along z, once in 2 pi s.
+Vector3<double> turn(const Vector3<double>& p) { return {.5 - p.y, p.x - .5, 0}; }
+
+// LeVeque, High-resolution conservative algorithms for advection in incompressible flow, SIAM J. Numer. Anal. 33
+// (1996), 9.5.
+Vector3<double> enright(const Vector3<double>& p) {
+  const auto square = [](double x) { return std::sin(pi * x) * std::sin(pi * x); };
+  const auto twice = [](double x) { return std::sin(2 * pi * x); };
+  return {2 * square(p.x) * twice(p.y) * twice(p.z), -twice(p.x) * square(p.y) * twice(p.z),
+          -twice(p.x) * twice(p.y) * square(p.z)};
+}
+
+// Liquid drawn out along y from the middle of the box, in a plane.
+Vector3<double> strain(const Vector3<double>& p) { return {-(p.x - .5), p.y - .5, 0}; }
+
 using Flow = Vector3<double>(const Vector3<double>&);
 
 Flow* read_flow(const toml::table& scene) {
-  constexpr std::pair<std::string_view, Flow*> flows[] = {{"rest", rest}, {"swirl", swirl}};
+  constexpr std::pair<std::string_view, Flow*> flows[] = {
+      {"rest", rest}, {"swirl", swirl}, {"turn", turn}, {"enright", enright}, {"strain", strain}};
   const std::string name = text(scene, "flow").value_or("rest");
   const auto found = std::ranges::find(flows, name, &std::pair<std::string_view, Flow*>::first);
-  if (found == std::end(flows)) refuse_value(*scene.get("flow"), "flow", R"("rest" or "swirl")");
+  if (found == std::end(flows))
+    refuse_value(*scene.get("flow"), "flow", R"("rest", "swirl", "turn", "enright" or "strain")");
   return found->second;
 }
 
@@ -191,11 +210,22 @@ void require_liquid(const Fluid<float>& fluid, const toml::table& scene) {
   refuse(scene.source(), "no liquid: every cell is air or solid");
 }
 
+Model read_model(const toml::table& scene) {
+  Model model;
+  model.frame = number_between(scene, "frame_time", 1e-6, 1, "s").value_or(model.frame);
+  model.gravity = vector_between(scene, "gravity", -1e6, 1e6, "m/s^2").value_or(model.gravity);
+  model.per_block = whole_int(scene, "particles", 0, 1000).value_or(model.per_block);
+  model.given = truth(scene, "given").value_or(false);
+  model.period = number_between(scene, "period", 0, 1e6, "s").value_or(0);
+  return model;
+}
+
 }  // namespace
 
 Scene load_scene(const std::string& path) {
   const toml::table scene = read_scene(path, "production_fluid", {"kind", "cells"},
-                                       {"spacing", "open_top", "flow", "pool", "liquid", "obstacle", "mesh"});
+                                       {"spacing", "open_top", "flow", "given", "period", "gravity", "particles",
+                                        "frames", "frame_time", "pool", "liquid", "air", "obstacle", "mesh"});
   const Grid grid = read_grid(scene);
   Flow* const flow = read_flow(scene);
   Scene made{.name = scene_name(path),
@@ -207,7 +237,9 @@ Scene load_scene(const std::string& path) {
                        .open_top = truth(scene, "open_top").value_or(false),
                        .phi = read_liquid(scene, grid),
                        .solid = read_obstacles(scene, grid, path),
-                       .velocity = faces_of(grid, flow)}};
+                       .velocity = faces_of(grid, flow)},
+             .model = read_model(scene),
+             .frames = whole_int(scene, "frames", 1).value_or(100)};
   require_liquid(made.fluid, scene);
   return made;
 }

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "common/production_fluid/state.h"
+#include "common/production_fluid/liquid.h"
 
 namespace lockstep::production_fluid {
 
@@ -11,6 +11,8 @@ struct Scene {
   std::string name;  // the file's, without folder and extension
   std::string path;
   Fluid<float> fluid;
+  Model model;
+  int frames = 0;  // to run unless told otherwise
 };
 
 // Reads a TOML scene. Throws InputError in one line, `file:line:column: what was expected`, where the file cannot be
