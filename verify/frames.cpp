@@ -23,8 +23,8 @@ namespace fs = std::filesystem;
 
 // What any simulation writes, or left half written. The first group holds the number of a frame.
 const std::regex written(
-    "(?:(?:frame|bodies)_([0-9]{5,9})\\.vtk|(?:frame|bodies)\\.vtk\\.series|(?:static|ground|obstacles|box)\\.vtk|"
-    "state\\.lockstep)(?:\\.tmp~)?");
+    "(?:(?:frame|bodies|particles|spray)_([0-9]{5,9})\\.vt[ki]|(?:frame|bodies|particles|spray)\\.vt[ki]\\.series|"
+    "(?:static|ground|obstacles|box)\\.vt[ki]|state\\.lockstep)(?:\\.tmp~)?");
 
 struct Found {
   fs::path path;
@@ -49,8 +49,8 @@ void remove_file(const fs::path& path) {
 
 std::string name_of(const Part& part, int frame) {
   char number[16];
-  std::snprintf(number, sizeof number, "_%05d.vtk", frame);
-  return part.name + number;
+  std::snprintf(number, sizeof number, "_%05d", frame);
+  return part.name + number + part.extension;
 }
 
 }  // namespace
@@ -85,7 +85,7 @@ void Frames::make_room(bool replace) const {
 
 void Frames::write_fixed() const {
   for (const Part& part : simulation_.parts)
-    if (!part.moves) part.write(folder_ + '/' + part.name + ".vtk");
+    if (!part.moves) part.write(folder_ + '/' + part.name + part.extension);
 }
 
 void Frames::forget_after(int frame) const {
@@ -105,7 +105,7 @@ void Frames::write_series(int frame) {
     if (!part.moves) continue;
     std::vector<vtk::Moment> moments;
     for (int k = 0; k <= frame; ++k) moments.push_back({name_of(part, k), k * simulation_.time_step});
-    vtk::write_series(folder_ + '/' + part.name + ".vtk.series", moments);
+    vtk::write_series(folder_ + '/' + part.name + part.extension + ".series", moments);
   }
   written_ = now();
 }

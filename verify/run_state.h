@@ -28,6 +28,14 @@ Kept keep(Vector& vector) {
           }};
 }
 
+// A single number, which must outlive the result. Of another number of bytes it stays what it was.
+template <class T>
+Kept keep_number(T& number) {
+  static_assert(std::is_arithmetic_v<T>);
+  return {[&number] { return std::as_bytes(std::span(&number, 1)); },
+          [&number](std::size_t) { return std::as_writable_bytes(std::span(&number, 1)); }};
+}
+
 // `run` is one line that identifies the run: scene, variant, form. Only the same run reads the file. Writes the file
 // whole or not at all. Throws InputError if it cannot be written.
 void write_state(const std::string& path, const std::string& run, int frame, const std::vector<Kept>& state);

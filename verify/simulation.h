@@ -12,11 +12,12 @@
 namespace lockstep::verify {
 
 // What ParaView shows of a simulation. A part that moves is a file a frame, NAME_00000.vtk and so on, others are one
-// file, NAME.vtk. Every name is known to verify/frames.cpp.
+// file, NAME.vtk, or with another extension. Every name is known to verify/frames.cpp.
 struct Part {
   std::string name;
   bool moves;
   std::function<void(const std::string& path)> write;
+  std::string extension = ".vtk";
 };
 
 struct Simulation {

@@ -1,18 +1,128 @@
-// The production fluid: its scenes, which do not run yet.
-#include "verify/domain.h"
+// The production fluid: what `run` and `endure` do with its scenes.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
 #include "common/production_fluid/scene.h"
+#include "common/production_fluid/vtk.h"
 #include "verify/arrays.h"
+#include "verify/domain.h"
+#include "verify/production_fluid/forms.h"
 
 namespace lockstep::verify {
 namespace {
 
-// A scene that is loaded must have finite values.
-std::string fault_of_scene(const std::string& path) {
-  return first_not_finite(production_fluid::load_scene(path).fluid);
+using namespace production_fluid;
+
+struct Running {
+  Scene scene;
+  Liquid<float> liquid;
+  StepMemory<float> memory;
+  double volume_at_start = 0;
+  int frames = 0, substeps = 0, iterations = 0;  // since the run began
+  double seconds[int(Module::count)] = {};
+};
+
+// Of all cells that are not solid: each counts by the share of it that a plane at distance phi would cut off, m^3.
+double volume_of(const Fluid<float>& fluid) {
+  const double h = fluid.spacing;
+  double volume = 0;
+  for (int z = 0; z < fluid.nz; ++z)
+    for (int y = 0; y < fluid.ny; ++y)
+      for (int x = 0; x < fluid.nx; ++x)
+        if (!is_solid(fluid.solid(x, y, z))) volume += std::clamp(.5 - fluid.phi(x, y, z) / h, 0., 1.);
+  return volume * h * h * h;
 }
 
-const RegisterDomain production_fluid_domain{
-    {.name = "production_fluid", .moves = false, .determinism = {"obstacle_48"}, .fault_of_scene = fault_of_scene}};
+void step(Running& run, Step<float>* step) {
+  step(run.scene.model, run.liquid, run.memory);
+  ++run.frames, run.substeps += run.memory.substeps, run.iterations += run.memory.iterations;
+  for (int k = 0; k < int(Module::count); ++k) run.seconds[k] += run.memory.seconds[k];
+}
+
+std::string summary_of(const Running& run) {
+  char part[160];
+  const double volume = volume_of(run.liquid.fluid);
+  std::snprintf(part, sizeof part,
+                "volume %+.2f %% since the start; a frame: %.1f substeps, %.1f iterations of the pressure a substep\n",
+                100 * (volume / run.volume_at_start - 1), double(run.substeps) / run.frames,
+                double(run.iterations) / run.substeps);
+  std::string text = part, modules = "ms a frame:";
+  for (int k = 0; k < int(Module::count); ++k) {
+    if (run.seconds[k] == 0) continue;
+    std::snprintf(part, sizeof part, " %s %.2f,", name_of_module[k], 1e3 * run.seconds[k] / run.frames);
+    if (modules.size() + std::string(part).size() > 120) text += modules + '\n', modules.clear();
+    modules += part;
+  }
+  std::snprintf(part, sizeof part, "%d particles, %d drops of spray", run.liquid.particles.count,
+                run.liquid.spray.count);
+  return text + modules + ' ' + part;
+}
+
+// Particles outside obstacles and inside the box, drops inside the box: as the contracts say.
+std::string fault_of(const Liquid<float>& liquid) {
+  if (const std::string fault = first_not_finite(liquid); !fault.empty()) return fault;
+  const Fluid<float>& fluid = liquid.fluid;
+  const float h = fluid.spacing;
+  const auto in_box = [&](const Vector3<float>& p) {
+    return p.x >= 0 && p.y >= 0 && p.z >= 0 && p.x <= h * fluid.nx && p.y <= h * fluid.ny && p.z <= h * fluid.nz;
+  };
+  const std::string fault =
+      first_fault("particle ", liquid.particles.count, " is outside the box or in an obstacle", [&](int i) {
+        const Vector3<float> p = load(liquid.particles.position, i);
+        return in_box(p) && !(sample<std::int32_t>(fluid.solid, first_centre, (1 / h) * p) < 0);
+      });
+  if (!fault.empty()) return fault;
+  return first_fault("drop ", liquid.spray.count, " is outside the box",
+                     [&](int i) { return in_box(load(liquid.spray.position, i)); });
+}
+
+Simulation simulation(const RunOptions& options) {
+  auto run = std::make_shared<Running>();
+  run->scene = load_scene(options.scene);
+  run->liquid.fluid = run->scene.fluid;
+  serial::start(run->scene.model, run->liquid, run->memory);
+  run->volume_at_start = volume_of(run->liquid.fluid);
+  const bool is_serial = options.variant == "serial";
+  const LiquidForm& form = find_form(liquid_forms, options.form, [](const LiquidForm&) { return true; });
+  Step<float>* const take = is_serial ? form.serial : form.openmp;
+  Liquid<float>& liquid = run->liquid;
+  const float h = liquid.fluid.spacing;
+  std::vector<Part> parts = {
+      {"frame", true, [run, h](const std::string& path) { write_vtk(path, run->liquid.fluid.phi, 4 * h); }, ".vti"},
+      {"particles", true, [run](const std::string& path) { write_vtk(path, run->liquid.particles); }},
+      {"spray", true, [run](const std::string& path) { write_vtk(path, run->liquid.spray); }}};
+  if (std::ranges::any_of(liquid.fluid.solid.value, is_solid<float>) && run->memory.extension.first.back() > 0)
+    parts.push_back({"obstacles", false,
+                     [run, h](const std::string& path) { write_vtk(path, run->liquid.fluid.solid, 4 * h); }, ".vti"});
+  std::vector<Kept> state = keep_all(liquid);
+  state.insert(state.end(), {keep_number(liquid.frames), keep_number(liquid.particles.count),
+                             keep_number(liquid.spray.count), keep_number(run->volume_at_start)});
+  return {
+      .name = run->scene.name,
+      .form = form.name,
+      .elements = liquid.fluid.nx * liquid.fluid.ny * liquid.fluid.nz,
+      .unit = "cells",
+      .frames = run->scene.frames,
+      .step = [run, take] { step(*run, take); },
+      .time_step = run->scene.model.frame,
+      .parts = parts,
+      .write_state = nullptr,
+      .state_formats = {},
+      .state = state,
+      .fault = [run] { return fault_of(run->liquid); },
+      .summary = [run] { return summary_of(*run); },
+  };
+}
+
+// A scene that is loaded must have finite values.
+std::string fault_of_scene(const std::string& path) { return first_not_finite(load_scene(path).fluid); }
+
+const RegisterDomain production_fluid_domain{{.name = "production_fluid",
+                                              .simulation = simulation,
+                                              .determinism = {"obstacle_48"},
+                                              .fault_of_scene = fault_of_scene}};
 
 }  // namespace
 }  // namespace lockstep::verify

@@ -1,0 +1,63 @@
+// Contract: a frame of the liquid, 1/24 s unless the model says otherwise, in substeps.
+//
+// A substep takes dt so that nothing moves by more than `cfl` cells (time_step.h), and the frame ends on a substep
+// (next_substep). Its modules, in this order:
+//
+//   advect_level_set, advect_particles, advance_spray, advect_velocity   all by the velocity at the beginning
+//   apply_forces                   gravity
+//   sort_particles                 with the spray that came back
+//   extend_level_set               into obstacles
+//   correct_level_set              by escaped particles, before redistancing, which would move the surface for good
+//   redistance, extend_level_set   to band_of_level_set cells
+//   correct_level_set, adjust_radii   what redistancing has changed
+//   remove_particles               some become spray
+//   make_system, pressure_solve, project   the velocity loses its divergence
+//   extrapolate                    into the air, where the next substep reads it
+//
+// Every twentieth frame ends with reseed. Where the velocity is given, it is set in the middle of the substep's time
+// before advection, and there are no modules for it.
+//
+//   mic        redistances by sweeping, solves with mic
+//   marching   redistances by marching, solves with mic
+//
+// In, out: liquid, finite, its particles sorted, its velocity free of divergence and extrapolated: as `start` or a
+//          frame left it.
+// Scratch: memory, from `start`. Of it, counts and seconds of the frame come out.
+// Errors:  std::bad_alloc.
+// Source:  [ITJ07] "Production Fluid"; the order of modules is that of PhysBAM, with which the paper's authors began.
+//          Enright, Marschner and Fedkiw, Animation and rendering of complex water surfaces, SIGGRAPH 2002.
+#pragma once
+
+#include "common/production_fluid/liquid.h"
+
+namespace lockstep::production_fluid {
+
+template <class Real>
+using Step = void(const Model& model, Liquid<Real>& liquid, StepMemory<Real>& memory);
+
+namespace serial {
+// Makes what frames begin with: particles, and a velocity without divergence. The liquid has none of these yet.
+Step<float> start;
+Step<double> start;
+
+Step<float> step_mic, step_marching;
+Step<double> step_mic, step_marching;
+}  // namespace serial
+
+namespace openmp {
+Step<float> step_mic, step_marching;
+}  // namespace openmp
+
+inline constexpr int frames_between_reseeding = 20;
+
+// The length of the next substep, s: the longest that is allowed, or what is left of the frame. Two last substeps are
+// of about equal length, so that none is tiny.
+inline double next_substep(double longest, double left) {
+  if (longest >= left) return left;
+  return 2 * longest >= left ? .51 * left : longest;
+}
+
+// As far as particles go, and less than the level set is known: beyond its band phi is the same everywhere.
+inline constexpr float distance_of_extrapolation = 3.5f;  // cells
+
+}  // namespace lockstep::production_fluid

@@ -1,0 +1,149 @@
+// A frame of the liquid: surface and particles move, gravity acts, and the pressure makes the velocity one that keeps
+// the volume.
+//
+// The contract stands in common/production_fluid/step.h.
+#include "common/production_fluid/step.h"
+
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "common/production_fluid/adjust_radii.h"
+#include "common/production_fluid/advance_spray.h"
+#include "common/production_fluid/advect_level_set.h"
+#include "common/production_fluid/advect_particles.h"
+#include "common/production_fluid/advect_velocity.h"
+#include "common/production_fluid/apply_forces.h"
+#include "common/production_fluid/correct_level_set.h"
+#include "common/production_fluid/extrapolate.h"
+#include "common/production_fluid/make_system.h"
+#include "common/production_fluid/project.h"
+#include "common/production_fluid/redistance.h"
+#include "common/production_fluid/remove_particles.h"
+#include "common/production_fluid/reseed.h"
+#include "common/production_fluid/sort_particles.h"
+#include "common/production_fluid/time_step.h"
+#include "common/real.h"
+#include "common/stopwatch.h"
+
+namespace lockstep::production_fluid::serial {
+namespace {
+
+// Calls done(module) after each module.
+template <class Done>
+void make_incompressible(const Model& model, Fluid<Real>& fluid, StepMemory<Real>& memory, const Done& done) {
+  make_system(fluid, memory.system);
+  done(Module::make_system);
+  memory.iterations += pressure_solve_mic(memory.system, model.pressure, memory.q).iterations;
+  done(Module::pressure_solve);
+  project(fluid, memory.system, memory.q, fluid.velocity);
+  done(Module::project);
+  extrapolate(fluid, Real(distance_of_extrapolation) * fluid.spacing, fluid.velocity);
+  done(Module::extrapolate);
+}
+
+void scale(const Field<Real>& given, Real factor, Field<Real>& velocity) {
+  for (int z = 0; z < given.nz; ++z)
+    for (int y = 0; y < given.ny; ++y)
+      for (int x = 0; x < given.nx; ++x) velocity(x, y, z) = factor * given(x, y, z);
+}
+
+void set_velocity(const Faces<Real>& given, Real factor, Faces<Real>& velocity) {
+  scale(given.u, factor, velocity.u), scale(given.v, factor, velocity.v), scale(given.w, factor, velocity.w);
+}
+
+template <class Done>
+void substep(const Model& model, Redistance<Real>* redistance, Real dt, Liquid<Real>& liquid, StepMemory<Real>& memory,
+             const Done& done) {
+  Fluid<Real>& fluid = liquid.fluid;
+  Particles<Real>& particles = liquid.particles;
+  const Vector3<Real> gravity = convert<Real>(model.gravity);
+  advect_level_set(fluid.phi, fluid.velocity, dt, memory.phi);
+  std::swap(fluid.phi, memory.phi);
+  done(Module::advect_level_set);
+  advect_particles(fluid, fluid.velocity, dt, particles);
+  done(Module::advect_particles);
+  advance_spray(fluid, gravity, dt, liquid.spray, particles);
+  done(Module::advance_spray);
+  if (!model.given) {
+    advect_velocity(fluid.velocity, dt, memory.velocity);
+    std::swap(fluid.velocity, memory.velocity);
+    done(Module::advect_velocity);
+    apply_forces(gravity, dt, fluid.velocity);
+    done(Module::apply_forces);
+  }
+
+  sort_particles(fluid.phi, particles, memory.particles);
+  std::swap(particles, memory.particles);
+  done(Module::sort_particles);
+  const auto extend_and_correct = [&] {
+    extend_level_set(memory.extension, fluid.phi);
+    done(Module::extend_level_set);
+    correct_level_set(fluid.phi, particles, memory.phi);
+    std::swap(fluid.phi, memory.phi);
+    done(Module::correct_level_set);
+  };
+  extend_and_correct();
+  redistance(fluid.phi, Real(band_of_level_set) * fluid.spacing, memory.distances);
+  done(Module::redistance);
+  extend_and_correct();
+  adjust_radii(fluid.phi, particles);
+  done(Module::adjust_radii);
+  remove_particles(fluid, particles, memory.particles, liquid.spray);
+  std::swap(particles, memory.particles);
+  done(Module::remove_particles);
+
+  if (!model.given) make_incompressible(model, fluid, memory, done);
+}
+
+void reseed_blocks(const Model& model, int round, Liquid<Real>& liquid, StepMemory<Real>& memory) {
+  reseed(liquid.fluid, {.per_block = model.per_block, .seed = 0, .round = static_cast<std::uint32_t>(round)},
+         liquid.particles, memory.particles);
+  std::swap(liquid.particles, memory.particles);
+}
+
+void step(const Model& model, Redistance<Real>* redistance, Liquid<Real>& liquid, StepMemory<Real>& memory) {
+  Stopwatch stopwatch;
+  const auto done = [&](Module module) { memory.seconds[int(module)] += stopwatch.lap(); };
+  std::fill(std::begin(memory.seconds), std::end(memory.seconds), 0);
+  memory.substeps = memory.iterations = 0;
+  const Vector3<double>& g = model.gravity;
+  for (double left = model.frame, dt; left > 0; left -= dt, ++memory.substeps) {
+    const Faces<Real>& fastest = model.given ? memory.given : liquid.fluid.velocity;
+    dt = next_substep(time_step(fastest, static_cast<Real>(std::sqrt(dot(g, g))), static_cast<Real>(model.cfl)), left);
+    if (model.given) {
+      const double middle = (liquid.frames + 1) * model.frame - left + .5 * dt;
+      const double factor = model.period > 0 ? std::cos(std::numbers::pi * middle / model.period) : 1;
+      set_velocity(memory.given, static_cast<Real>(factor), liquid.fluid.velocity);
+    }
+    done(Module::time_step);
+    substep(model, redistance, static_cast<Real>(dt), liquid, memory, done);
+  }
+  if (++liquid.frames % frames_between_reseeding == 0) {
+    reseed_blocks(model, liquid.frames / frames_between_reseeding, liquid, memory);
+    done(Module::reseed);
+  }
+}
+
+}  // namespace
+
+void start(const Model& model, Liquid<Real>& liquid, StepMemory<Real>& memory) {
+  Fluid<Real>& fluid = liquid.fluid;
+  memory = {};
+  memory.given = memory.velocity = fluid.velocity;
+  memory.extension = make_extension(fluid);
+  extend_level_set(memory.extension, fluid.phi);
+  memory.phi = fluid.phi;
+  reseed_blocks(model, 0, liquid, memory);
+  if (!model.given) make_incompressible(model, fluid, memory, [](Module) {});
+}
+
+void step_mic(const Model& model, Liquid<Real>& liquid, StepMemory<Real>& memory) {
+  step(model, redistance_sweeping, liquid, memory);
+}
+
+void step_marching(const Model& model, Liquid<Real>& liquid, StepMemory<Real>& memory) {
+  step(model, redistance_marching, liquid, memory);
+}
+
+}  // namespace lockstep::production_fluid::serial

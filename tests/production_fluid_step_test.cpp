@@ -1,0 +1,215 @@
+// Frames of the production fluid: what physics says of them, and what the two versions have in common.
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "common/production_fluid/step.h"
+#include "tests/production_fluids.h"
+#include "verify/arrays.h"
+
+namespace lockstep::production_fluid {
+namespace {
+
+template <class Real>
+struct Moving {
+  Model model;
+  Liquid<Real> liquid;
+  StepMemory<Real> memory;
+
+  Moving(const Fluid<Real>& fluid, const Model& of) : model(of) {
+    liquid.fluid = fluid;
+    serial::start(model, liquid, memory);
+  }
+  void go(Step<Real>* step, int frames) {
+    for (int k = 0; k < frames; ++k) step(model, liquid, memory);
+  }
+};
+
+template <class Real>
+double fastest(const Faces<Real>& faces) {
+  double most = 0;
+  for (const Field<Real>* component : {&faces.u, &faces.v, &faces.w})
+    for_each_place(*component,
+                   [&](int x, int y, int z) { most = std::max(most, std::abs(double((*component)(x, y, z)))); });
+  return most;
+}
+
+double volume_of(const Fluid<float>& fluid) {
+  double cells = 0;
+  for_each_place(fluid.phi, [&](int x, int y, int z) {
+    if (fluid.solid(x, y, z) >= 0) cells += std::clamp(.5 - double(fluid.phi(x, y, z)) / fluid.spacing, 0., 1.);
+  });
+  return cells;
+}
+
+// A block stands in the pool and reaches through its surface.
+template <class Real>
+Fluid<Real> pool_around_a_block(double height) {
+  const double h = 1. / 16;
+  Fluid<Real> fluid = make_fluid<Real>(16, 16, 16, h, [&](double, double y, double) { return y - height; });
+  for_each_place(fluid.solid, [&](int x, int y, int z) {
+    const double away =
+        std::max({std::abs((x + .5) * h - .5) - .125, std::abs((z + .5) * h - .5) - .125, (y + .5) * h - .625});
+    fluid.solid(x, y, z) = static_cast<Real>(away);
+  });
+  return fluid;
+}
+
+// The pressure of a pool at rest is linear, so the discrete system has it exactly: what is left of gravity is what the
+// solve leaves, 1e-6 of the norm of the right-hand side, at most sqrt(cells) g dt. A substep is at most cfl h / sqrt(h
+// g). It is seen in faces, and the next substep takes it out again, so it does not add up.
+TEST(ProductionFluidStep, APoolAtRestStaysAtRest) {
+  const double h = 1. / 16, g = 9.81, dt = .9 * h / std::sqrt(h * g), cells = 16 * 16 * 16;
+  for (const double height : {.4, .43, 7.5 / 16, 8. / 16})
+    for (Step<float>* step : {serial::step_mic, openmp::step_marching}) {
+      Moving<float> moving(pool_around_a_block<float>(height), {});
+      const Field<float> phi = moving.liquid.fluid.phi;
+      moving.go(step, 10);
+      EXPECT_LT(fastest(moving.liquid.fluid.velocity), 1e-6 * std::sqrt(cells) * g * dt * 10) << height;
+      for_each_place(phi, [&](int x, int y, int z) {
+        if (std::abs(phi(x, y, z)) < 2 * h)
+          ASSERT_NEAR(moving.liquid.fluid.phi(x, y, z), phi(x, y, z), 1e-5 * h) << height << ": " << y;
+      });
+    }
+}
+
+// Nothing but gravity acts on a drop in the air: its pressure is zero, its velocity is that of gravity. In a substep it
+// moves by the velocity that it had before, so after a time t it has fallen by g t^2 / 2 less than g t dt / 2.
+TEST(ProductionFluidStep, ADropFallsFreely) {
+  const double h = 1. / 16, g = 9.81, frame = 1. / 24, t = 4 * frame;
+  const Fluid<float> fluid = make_fluid<float>(
+      16, 40, 16, h, [](double x, double y, double z) { return std::hypot(x - .5, y - 1.8, z - .5) - .25; });
+  const auto height_of = [](const Fluid<float>& fluid) {
+    double sum = 0, weight = 0;
+    for_each_place(fluid.phi, [&](int x, int y, int z) {
+      const double cell = std::clamp(.5 - double(fluid.phi(x, y, z)) / fluid.spacing, 0., 1.);
+      sum += cell * (y + .5) * fluid.spacing, weight += cell;
+    });
+    return sum / weight;
+  };
+  for (Step<float>* step : {serial::step_mic, openmp::step_mic}) {
+    Moving<float> moving(fluid, {});
+    const double before = height_of(moving.liquid.fluid);
+    int substeps = 0;
+    for (int k = 0; k < 4; ++k) moving.go(step, 1), substeps += moving.memory.substeps;
+    EXPECT_EQ(moving.memory.iterations, 0);
+    const Fluid<float>& now = moving.liquid.fluid;
+    // Rounding of a sum of substeps, and of interpolation between equal values.
+    for_each_place(now.phi, [&](int x, int y, int z) {
+      if (now.phi(x, y, z) > 0) return;
+      EXPECT_NEAR(now.velocity.v(x, y, z), -g * t, 1e-6 * substeps * g * t);
+      EXPECT_NEAR(now.velocity.u(x, y, z), 0, 1e-6);
+    });
+    const double fallen = before - height_of(now), longest = .9 * h / std::sqrt(h * g);
+    EXPECT_LT(fallen, g * t * t / 2 + .1 * h);
+    EXPECT_GT(fallen, g * t * t / 2 - g * t * longest / 2 - .1 * h);
+  }
+}
+
+// The velocity is that of a turn, once in 2 pi s: half a turn takes the ball to the other side of the middle.
+TEST(ProductionFluidStep, AGivenVelocityIsFollowed) {
+  const double h = 1. / 32;
+  Fluid<float> fluid = make_fluid<float>(
+      32, 32, 32, h, [](double x, double y, double z) { return std::hypot(x - .5, y - .7, z - .5) - .15; });
+  for_each_place(fluid.velocity.u, [&](int x, int y, int z) { fluid.velocity.u(x, y, z) = float(.5 - (y + .5) * h); });
+  for_each_place(fluid.velocity.v, [&](int x, int y, int z) { fluid.velocity.v(x, y, z) = float((x + .5) * h - .5); });
+  Moving<float> moving(fluid, {.gravity = {0, 0, 0}, .frame = std::acos(-1.) / 20, .given = true});
+  const double before = volume_of(moving.liquid.fluid);
+  moving.go(openmp::step_mic, 20);
+  const Fluid<float>& now = moving.liquid.fluid;
+  for_each_place(now.phi, [&](int x, int y, int z) {
+    const double exact = std::hypot((x + .5) * h - .5, (y + .5) * h - .3, (z + .5) * h - .5) - .15;
+    if (std::abs(exact) < 2 * h) EXPECT_NEAR(now.phi(x, y, z), exact, .5 * h);
+  });
+  EXPECT_NEAR(volume_of(now) / before, 1, .03);  // the surface stays within a fiftieth of a cell, 4.8 to a radius
+}
+
+// There and back: what is given turns round after half a period.
+TEST(ProductionFluidStep, AGivenVelocityTurnsRound) {
+  Fluid<float> fluid = make_fluid<float>(
+      24, 12, 12, 1. / 12, [](double x, double y, double z) { return std::hypot(x - .6, y - .5, z - .5) - .3; });
+  for_each_cell(fluid.velocity.u, [](float& u) { u = 1; });
+  Moving<float> moving(fluid, {.gravity = {0, 0, 0}, .frame = .1, .given = true, .period = 1});
+  moving.go(serial::step_mic, 5);
+  // cos(pi t) from 0 to 1/2 adds up to 1 / pi.
+  EXPECT_NEAR(moving.liquid.fluid.phi(11, 5, 5),
+              std::hypot(11.5 / 12 - .6 - std::acos(-1.) / 9.8696, 1. / 24, 1. / 24) - .3, .2 / 12);
+  moving.go(serial::step_mic, 5);
+  EXPECT_NEAR(moving.liquid.fluid.phi(11, 5, 5), std::hypot(11.5 / 12 - .6, 1. / 24, 1. / 24) - .3, .2 / 12);
+}
+
+TEST(ProductionFluidStep, FramesEndOnSubstepsOfAboutEqualLength) {
+  EXPECT_EQ(next_substep(.5, .4), .4);
+  EXPECT_EQ(next_substep(.5, .5), .5);
+  EXPECT_DOUBLE_EQ(next_substep(.5, .6), .306);
+  EXPECT_EQ(next_substep(.5, 1.1), .5);
+}
+
+// A drop falls into a pool beside a block. Particles escape, spray flies and comes back, blocks are reseeded at the end.
+Fluid<float> splash() {
+  const double h = 1. / 16;
+  Fluid<float> fluid = make_fluid<float>(21, 24, 19, h, [](double x, double y, double z) {
+    return std::min(y - .4, std::hypot(x - .6, y - .85, z - .55) - .2);
+  });
+  for_each_place(fluid.solid, [&](int x, int, int z) {
+    fluid.solid(x, 0, z) = static_cast<float>(h / 2 - .01);
+    for (int y = 0; y < fluid.ny; ++y)
+      fluid.solid(x, y, z) =
+          static_cast<float>(std::hypot((x + .5) * h - .3, (y + .5) * h - .2, (z + .5) * h - .3) - .15);
+  });
+  fluid.open_top = true;
+  return fluid;
+}
+
+TEST(ProductionFluidStep, TwentyFramesHaveTheSerialBits) {
+  const int before = omp_get_max_threads();
+  struct Twins {
+    Step<float>*serial, *openmp;
+  };
+  const Twins mic = {serial::step_mic, openmp::step_mic}, marching = {serial::step_marching, openmp::step_marching};
+  for (const auto& [serial, openmp] : {mic, marching}) {
+    Moving<float> expected(splash(), {});
+    std::vector<std::uint64_t> hashes;
+    int most_drops = 0;
+    for (int k = 0; k < 20; ++k) {
+      expected.go(serial, 1);
+      hashes.push_back(verify::hash_of(expected.liquid));
+      most_drops = std::max(most_drops, expected.liquid.spray.count);
+    }
+    EXPECT_GT(most_drops, 0);
+    EXPECT_GT(expected.liquid.particles.count, 1000);
+    for (const int threads : {1, 2, 3, 4, 8}) {
+      omp_set_num_threads(threads);
+      Moving<float> moving(splash(), {});
+      for (int k = 0; k < 20; ++k) {
+        moving.go(openmp, 1);
+        ASSERT_EQ(verify::hash_of(moving.liquid), hashes[k]) << "frame " << k << ", " << threads << " threads";
+      }
+    }
+  }
+  omp_set_num_threads(before);
+}
+
+// What a frame begins with is all that it needs.
+TEST(ProductionFluidStep, GoesOnFromACopyOfTheLiquid) {
+  Moving<float> moving(splash(), {});
+  moving.go(openmp::step_mic, 3);
+  Moving<float> other(splash(), {});
+  other.liquid = moving.liquid;
+  moving.go(openmp::step_mic, 2), other.go(openmp::step_mic, 2);
+  EXPECT_EQ(verify::hash_of(other.liquid), verify::hash_of(moving.liquid));
+}
+
+TEST(ProductionFluidStep, NoParticlesAreALevelSetAlone) {
+  Moving<float> moving(splash(), {.per_block = 0});
+  moving.go(openmp::step_mic, 3);
+  EXPECT_EQ(moving.liquid.particles.count, 0);
+  EXPECT_EQ(verify::first_not_finite(moving.liquid), "");
+}
+
+}  // namespace
+}  // namespace lockstep::production_fluid
