@@ -58,7 +58,8 @@ TEST_F(ProductionFluidScene, MeshesAreSolid) {
 TEST_F(ProductionFluidScene, RefusesWhatIsWrong) {
   EXPECT_EQ(refusal(""), ":1:1: liquid or pool is missing");
   EXPECT_EQ(refusal("[[liquid]]\ncentre = [9, 9, 9]\nradius = 0.1\n"), ":1:1: no liquid: every cell is air or solid");
-  EXPECT_EQ(refusal("flow = \"up\"\n[pool]\nheight = 1\n"), ":3:8: flow: expected \"rest\" or \"swirl\"");
+  EXPECT_EQ(refusal("flow = \"up\"\n[pool]\nheight = 1\n"),
+            ":3:8: flow: expected \"rest\", \"swirl\", \"turn\", \"enright\" or \"strain\"");
   EXPECT_EQ(refusal("[[liquid]]\ncentre = [0, 0, 0]\n"), ":3:1: expected one of radius and half");
 }
 

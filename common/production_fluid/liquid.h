@@ -47,8 +47,8 @@ enum class Module {
   extend_level_set,
   correct_level_set,
   redistance,
-  adjust_radii,
   remove_particles,
+  adjust_radii,
   make_system,
   pressure_solve,
   project,
@@ -56,10 +56,23 @@ enum class Module {
   reseed,
   count
 };
-inline constexpr const char* name_of_module[] = {
-    "time_step",      "advect_level_set", "advect_particles",  "advance_spray", "advect_velocity", "apply_forces",
-    "sort_particles", "extend_level_set", "correct_level_set", "redistance",    "adjust_radii",    "remove_particles",
-    "make_system",    "pressure_solve",   "project",           "extrapolate",   "reseed"};
+inline constexpr const char* name_of_module[] = {"time_step",
+                                                 "advect_level_set",
+                                                 "advect_particles",
+                                                 "advance_spray",
+                                                 "advect_velocity",
+                                                 "apply_forces",
+                                                 "sort_particles",
+                                                 "extend_level_set",
+                                                 "correct_level_set",
+                                                 "redistance",
+                                                 "remove_particles",
+                                                 "adjust_radii",
+                                                 "make_system",
+                                                 "pressure_solve",
+                                                 "project",
+                                                 "extrapolate",
+                                                 "reseed"};
 static_assert(std::size(name_of_module) == int(Module::count));
 
 // Scratch, which keeps its room from frame to frame; and counts of the last frame.

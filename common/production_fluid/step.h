@@ -9,13 +9,14 @@
 //   extend_level_set               into obstacles
 //   correct_level_set              by escaped particles, before redistancing, which would move the surface for good
 //   redistance, extend_level_set   to band_of_level_set cells
-//   correct_level_set, adjust_radii   what redistancing has changed
-//   remove_particles               some become spray
+//   correct_level_set              what redistancing has changed
+//   remove_particles, adjust_radii   in this order: spray keeps the radius that it has, others get new ones
 //   make_system, pressure_solve, project   the velocity loses its divergence
 //   extrapolate                    into the air, where the next substep reads it
 //
-// Every twentieth frame ends with reseed. Where the velocity is given, it is set in the middle of the substep's time
-// before advection, and there are no modules for it.
+// Every twentieth frame ends with reseed. Where the velocity is given, it is that of the middle of the substep, and the
+// modules that change it are left out; so are spray, which would fly where the given velocity does not go, and the
+// removal of particles, which would make it.
 //
 //   mic        redistances by sweeping, solves with mic
 //   marching   redistances by marching, solves with mic

@@ -69,9 +69,9 @@ void substep(const Model& model, Redistance<Real>* redistance, Real dt, Liquid<R
   done(Module::advect_level_set);
   advect_particles(fluid, fluid.velocity, dt, particles);
   done(Module::advect_particles);
-  advance_spray(fluid, gravity, dt, liquid.spray, particles);
-  done(Module::advance_spray);
   if (!model.given) {
+    advance_spray(fluid, gravity, dt, liquid.spray, particles);
+    done(Module::advance_spray);
     advect_velocity(fluid.velocity, dt, memory.velocity);
     std::swap(fluid.velocity, memory.velocity);
     done(Module::advect_velocity);
@@ -93,11 +93,13 @@ void substep(const Model& model, Redistance<Real>* redistance, Real dt, Liquid<R
   redistance(fluid.phi, Real(band_of_level_set) * fluid.spacing, memory.distances);
   done(Module::redistance);
   extend_and_correct();
+  if (!model.given) {
+    remove_particles(fluid, particles, memory.particles, liquid.spray);
+    std::swap(particles, memory.particles);
+    done(Module::remove_particles);
+  }
   adjust_radii(fluid.phi, particles);
   done(Module::adjust_radii);
-  remove_particles(fluid, particles, memory.particles, liquid.spray);
-  std::swap(particles, memory.particles);
-  done(Module::remove_particles);
 
   if (!model.given) make_incompressible(model, fluid, memory, done);
 }

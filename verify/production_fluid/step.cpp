@@ -26,7 +26,8 @@ using namespace production_fluid_inputs;
 Case make(const std::string& path, const LiquidForm& form) {
   const auto in = inputs(path);
   const Model& model = in->scene.model;
-  Flowing start{.liquid = {.fluid = in->scene.fluid}};
+  Flowing start;
+  start.liquid.fluid = in->scene.fluid;
   serial::start(model, start.liquid, start.memory);
   const double bytes = 2 * bytes_of(start.liquid);
   const auto with = [&model, in](Step<float>* step) {
