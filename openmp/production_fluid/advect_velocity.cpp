@@ -15,6 +15,7 @@ namespace lockstep::production_fluid::openmp {
 namespace {
 
 using Index = intv;
+using Component = Field<Real> Faces<Real>::*;
 
 // The velocity at sixteen faces of u, of v and of w. At a side of the box the cell beyond it is missing, and the one
 // inside counts twice: along x by a mask, since the cell beyond is padding.
@@ -41,32 +42,58 @@ constexpr auto at_w = [](const Faces<Real>& faces, int x, int y, int z) -> Vecto
           load(&w(x, y, z))};
 };
 
-// The components have different numbers of lines.
-template <class VelocityAt>
-void advect_line(const Faces<Real>& faces, Real cells, const VelocityAt& velocity_at_face, const Field<Real>& component,
-                 const Vector3<float>& first, int y, int z, Field<Real>& advected) {
-  if (y >= component.ny || z >= component.nz) return;
-  for (int begin = 0; begin < component.nx; begin += lanes) {
-    const int x = first_of_full(begin, component.nx);
+// Calls f(component, first, x, y, z, foot) for sixteen faces of a line at a time. The components have different numbers
+// of lines.
+template <class VelocityAt, class F>
+void for_each_foot_of_line(const Faces<Real>& faces, Real cells, const VelocityAt& velocity_at_face,
+                           Component component, const Vector3<float>& first, int y, int z, const F& f) {
+  const int nx = (faces.*component).nx, ny = (faces.*component).ny, nz = (faces.*component).nz;
+  if (y >= ny || z >= nz) return;
+  for (int begin = 0; begin < nx; begin += lanes) {
+    const int x = first_of_full(begin, nx);
     const intv lane_x = x + lane_index();
     const Vector3<floatv> face = {to_float(lane_x) + first.x, to_float(y) + first.y, to_float(z) + first.z};
-    const Vector3<floatv> foot = foot_of<Index>(face, velocity_at_face(faces, x, y, z), faces, cells);
-    store(&advected(x, y, z), sample<Index>(component, first, foot), first_lanes(component.nx - x));
+    f(component, first, x, y, z, foot_of<Index>(face, velocity_at_face(faces, x, y, z), faces, cells));
   }
+}
+
+template <class F>
+void for_each_foot(const Faces<Real>& faces, Real dt, const F& f) {
+  const Real cells = dt / faces.u.spacing;
+  // A line writes its own faces, in fields that none reads.
+#pragma omp parallel for collapse(2) schedule(static)
+  for (int z = 0; z < faces.w.nz; ++z)
+    for (int y = 0; y < faces.v.ny; ++y) {
+      for_each_foot_of_line(faces, cells, at_u, &Faces<Real>::u, first_u, y, z, f);
+      for_each_foot_of_line(faces, cells, at_v, &Faces<Real>::v, first_v, y, z, f);
+      for_each_foot_of_line(faces, cells, at_w, &Faces<Real>::w, first_w, y, z, f);
+    }
 }
 
 }  // namespace
 
-void advect_velocity(const Faces<Real>& faces, Real dt, Faces<Real>& advected) {
-  const Real cells = dt / faces.u.spacing;
-  // A line writes its own faces, from fields that none writes.
-#pragma omp parallel for collapse(2) schedule(static)
-  for (int z = 0; z < faces.w.nz; ++z)
-    for (int y = 0; y < faces.v.ny; ++y) {
-      advect_line(faces, cells, at_u, faces.u, first_u, y, z, advected.u);
-      advect_line(faces, cells, at_v, faces.v, first_v, y, z, advected.v);
-      advect_line(faces, cells, at_w, faces.w, first_w, y, z, advected.w);
-    }
+void advect_velocity_semi_lagrangian(const Faces<Real>& faces, Real dt, Faces<Real>& advected) {
+  for_each_foot(faces, dt, [&](Component c, Vector3<float> first, int x, int y, int z, const Vector3<floatv>& foot) {
+    const maskv inside = first_lanes((faces.*c).nx - x);
+    store(&(advected.*c)(x, y, z), sample<Index>(faces.*c, first, foot), inside);
+  });
+}
+
+void advect_velocity_maccormack(const Faces<Real>& faces, Real dt, Faces<Real>& advected,
+                                Arrived<Faces<Real>>& arrived) {
+  for_each_foot(faces, dt, [&](Component c, Vector3<float> first, int x, int y, int z, const Vector3<floatv>& foot) {
+    const Bounded<floatv> at = sample_bounded<Index>(faces.*c, first, foot);
+    const maskv inside = first_lanes((faces.*c).nx - x);
+    store(&(arrived.value.*c)(x, y, z), at.value, inside);
+    store(&(arrived.least.*c)(x, y, z), at.least, inside);
+    store(&(arrived.most.*c)(x, y, z), at.most, inside);
+  });
+  for_each_foot(faces, -dt, [&](Component c, Vector3<float> first, int x, int y, int z, const Vector3<floatv>& back) {
+    const Bounded<floatv> at = {load(&(arrived.value.*c)(x, y, z)), load(&(arrived.least.*c)(x, y, z)),
+                                load(&(arrived.most.*c)(x, y, z))};
+    const floatv better = corrected<Index>(load(&(faces.*c)(x, y, z)), at, arrived.value.*c, first, back);
+    store(&(advected.*c)(x, y, z), better, first_lanes((faces.*c).nx - x));
+  });
 }
 
 }  // namespace lockstep::production_fluid::openmp

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "common/production_fluid/state.h"
 #include "verify/kernel.h"
@@ -37,10 +38,19 @@ inline Motion motion_of(const production_fluid::Fluid<float>& fluid) {
   return motion;
 }
 
+// Scratch of a field's shape: NaN at every point, since a kernel may not read what it has not written.
+inline production_fluid::Field<float> scratch_of(production_fluid::Field<float> field) {
+  for (int z = 0; z < field.nz; ++z)
+    for (int y = 0; y < field.ny; ++y)
+      for (int x = 0; x < field.nx; ++x) field(x, y, z) = std::numeric_limits<float>::quiet_NaN();
+  return field;
+}
+
 // Of one value, given the velocity at its point: the middle 6; the velocity there, three into the grids of cells, six
 // fractions, three times seven interpolations of 3; the foot 6; the value there, 3, 3 and seven interpolations.
 // Comparisons do not count.
 inline constexpr double flops_of_trace = 6 + (3 + 6 + 3 * 21) + 6 + (3 + 3 + 21);
+inline constexpr double flops_of_correction = 3;
 
 // one_cell is narrower than a vector.
 inline Scenes advection_scenes() {
