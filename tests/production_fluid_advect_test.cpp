@@ -1,99 +1,13 @@
-// Semi-Lagrangian advection against facts: what a flow that is known does to a field that is known.
+// Advection against facts: what a flow that is known does to a field that is known.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <utility>
 
-#include "common/production_fluid/advect_level_set.h"
-#include "common/production_fluid/advect_velocity.h"
+#include "tests/production_fluid_advection.h"
 
 namespace lockstep::production_fluid {
 namespace {
-
-using LevelSet = AdvectLevelSet<float>;
-using Velocity = AdvectVelocity<float>;
-LevelSet* const level_sets[] = {serial::advect_level_set, openmp::advect_level_set};
-Velocity* const velocities[] = {serial::advect_velocity, openmp::advect_velocity};
-
-constexpr float u = std::numeric_limits<float>::epsilon() / 2;
-constexpr float poison = -12345;
-
-// value(x, y, z) of a point in cells from the corner of the box.
-template <class Real, class F>
-void fill(Field<Real>& field, const Vector3<float>& first, F value) {
-  for (int z = 0; z < field.nz; ++z)
-    for (int y = 0; y < field.ny; ++y)
-      for (int x = 0; x < field.nx; ++x)
-        field(x, y, z) = static_cast<Real>(value(x + double(first.x), y + double(first.y), z + double(first.z)));
-}
-
-template <class Real, class F>
-Field<Real> level_set(int nx, int ny, int nz, Real spacing, const F& value) {
-  Field<Real> phi = levelset::make_field<Real>(nx, ny, nz, spacing, 0);
-  fill(phi, first_centre, value);
-  return phi;
-}
-
-template <class Real, class U, class V, class W>
-Faces<Real> faces_of(int nx, int ny, int nz, Real spacing, const U& of_u, const V& of_v, const W& of_w) {
-  Faces<Real> faces = make_faces<Real>(nx, ny, nz, spacing);
-  fill(faces.u, first_u, of_u), fill(faces.v, first_v, of_v), fill(faces.w, first_w, of_w);
-  return faces;
-}
-template <class Real = float>
-Faces<Real> constant(int nx, int ny, int nz, Real spacing, const Vector3<double>& velocity) {
-  const auto is = [](double component) { return [component](double, double, double) { return component; }; };
-  return faces_of(nx, ny, nz, spacing, is(velocity.x), is(velocity.y), is(velocity.z));
-}
-
-Field<float> advected(LevelSet* advect, const Field<float>& phi, const Faces<float>& faces, float dt) {
-  Field<float> result = phi;
-  std::fill(result.value.begin(), result.value.end(), poison);
-  advect(phi, faces, dt, result);
-  return result;
-}
-Faces<float> advected(Velocity* advect, const Faces<float>& faces, float dt) {
-  Faces<float> result = faces;
-  for (Field<float>* field : {&result.u, &result.v, &result.w})
-    std::fill(field->value.begin(), field->value.end(), poison);
-  advect(faces, dt, result);
-  return result;
-}
-
-// Numbers from -1 to 1.
-struct Numbers {
-  unsigned state = 1;
-  template <class... Any>
-  double operator()(Any...) {
-    return static_cast<double>((state = state * 1664525u + 1013904223u) >> 8) * 0x1p-23 - 1;
-  }
-};
-template <class Real = float>
-Faces<Real> random_faces(int nx, int ny, int nz, Real spacing, double largest) {
-  Numbers number;
-  const auto any = [&](double, double, double) { return largest * number(); };
-  return faces_of(nx, ny, nz, spacing, any, any, any);
-}
-
-// Calls f(x, y, z, value) for each point.
-template <class Real, class F>
-void for_each_point(const Field<Real>& field, const F& f) {
-  for (int z = 0; z < field.nz; ++z)
-    for (int y = 0; y < field.ny; ++y)
-      for (int x = 0; x < field.nx; ++x) f(x, y, z, field(x, y, z));
-}
-template <class F>
-void for_each_component(const Faces<float>& a, const Faces<float>& b, const F& f) {
-  f(a.u, b.u), f(a.v, b.v), f(a.w, b.w);
-}
-
-std::pair<float, float> range_of(const Field<float>& field) {
-  float least = std::numeric_limits<float>::max(), most = -least;
-  for_each_point(field, [&](int, int, int, float v) { least = std::min(least, v), most = std::max(most, v); });
-  return {least, most};
-}
 
 // Also where there is a single cell along an axis, and at the last points of lines and planes.
 TEST(ProductionFluidAdvect, LeavesAllBitsAtRest) {
@@ -128,8 +42,9 @@ TEST(ProductionFluidAdvect, ShiftsByWholeCells) {
   }
 }
 
-// A constant velocity carries a linear field without error. Two positions of up to n
-// cells round by u n each, and the interpolation by 4 u of the largest value a level.
+// A constant velocity carries a linear field without error. Two positions of up to n cells round by u n each, and the
+// interpolation by 4 u of the largest value a level. A correction adds half of the error of what is carried back, which
+// is twice as much, and its sum rounds: less than three times in all.
 TEST(ProductionFluidAdvect, CarriesALinearField) {
   constexpr int n = 20;
   constexpr float h = .25f, dt = .3f;
@@ -137,7 +52,7 @@ TEST(ProductionFluidAdvect, CarriesALinearField) {
   const Field<float> phi = level_set<float>(n, n, n, h, linear);
   const Vector3<double> velocity = {1.1, -.7, .9};
   const Faces<float> faces = constant<float>(n, n, n, h, velocity);
-  const double cells = double(dt) / h, bound = (3 * 4 + 4) * u * (1 + 5.5 * n);
+  const double cells = double(dt) / h, bound = 3 * (3 * 4 + 4) * u * (1 + 5.5 * n);
   for (LevelSet* advect : level_sets) {
     const Field<float> after = advected(advect, phi, faces, dt);
     for (int z = 2; z < n - 2; ++z)
@@ -150,7 +65,7 @@ TEST(ProductionFluidAdvect, CarriesALinearField) {
 }
 
 // u = a x along x alone: u(foot) is a x_foot, and x_foot = x - a dt (x - a dt x / 2). The other components stay zero.
-// The same along y and z.
+// The same along y and z. Semi-Lagrangian: production_fluid_maccormack_test.cpp has what a correction makes of it.
 TEST(ProductionFluidAdvect, CarriesAVelocityThatStretches) {
   constexpr int n = 18;
   constexpr double a = .5, dt = .1;  // per s, s
@@ -159,7 +74,7 @@ TEST(ProductionFluidAdvect, CarriesAVelocityThatStretches) {
   const auto along_x = [](double x, double, double) { return a * x; };
   const auto along_y = [](double, double y, double) { return a * y; };
   const auto along_z = [](double, double, double z) { return a * z; };
-  for (Velocity* advect : velocities) {
+  for (Velocity* advect : {serial::advect_velocity_semi_lagrangian, openmp::advect_velocity_semi_lagrangian}) {
     const Faces<float> x = advected(advect, faces_of<float>(n, n, n, 1, along_x, zero, zero), float(dt));
     for_each_point(x.u, [&](int i, int, int, float v) { EXPECT_NEAR(v, a * share * i, bound); });
     for_each_point(x.v, [&](int, int, int, float v) { EXPECT_EQ(v, 0); });
@@ -179,7 +94,7 @@ TEST(ProductionFluidAdvect, CarriesAShear) {
   constexpr double s = .25, c = 3, dt = .4;
   const auto is_c = [](double, double, double) { return c; };
   const auto zero = [](double, double, double) { return 0.; };
-  const double bound = 3 * 8 * u * s * n;
+  const double bound = 3 * 3 * 8 * u * s * n;  // a correction: CarriesALinearField
   for (Velocity* advect : velocities) {
     const Faces<float> v_of_x = faces_of<float>(
         n, n, n, 1, is_c, [](double x, double, double) { return s * x; }, zero);
@@ -206,7 +121,7 @@ double worst_foot_of_rotation(double angle) {
   for (const bool of_y : {false, true}) {
     const Field<double> phi = level_set<double>(n, n, 3, 1, [&](double x, double y, double) { return of_y ? y : x; });
     Field<double> after = phi;
-    serial::advect_level_set(phi, faces, angle, after);
+    serial::advect_level_set_semi_lagrangian(phi, faces, angle, after);
     for_each_point(after, [&](int i, int j, int, double foot) {
       const double x = i + .5 - n / 2., y = j + .5 - n / 2.;  // the foot is turned back by the angle
       if (std::hypot(x, y) > n / 2. - 2) return;
@@ -253,16 +168,17 @@ TEST(ProductionFluidAdvect, TwinsAgreeInEverySize) {
     for (const float dt : {.09f, -.09f, 1.f}) {
       const Field<float> phi = level_set<float>(nx, 3, 4, .1f, Numbers{});
       const Faces<float> faces = random_faces(nx, 3, 4, .1f, 1);
-      const Field<float> one = advected(serial::advect_level_set, phi, faces, dt),
-                         other = advected(openmp::advect_level_set, phi, faces, dt);
-      EXPECT_EQ(one.value, other.value) << nx << ' ' << dt;
-      EXPECT_EQ(std::count(one.value.begin(), one.value.end(), poison), std::ptrdiff_t(one.value.size()) - nx * 3 * 4);
-      for_each_component(advected(serial::advect_velocity, faces, dt), advected(openmp::advect_velocity, faces, dt),
-                         [&](const Field<float>& a, const Field<float>& b) {
-                           EXPECT_EQ(a.value, b.value) << nx << ' ' << dt;
-                           EXPECT_EQ(std::count(a.value.begin(), a.value.end(), poison),
-                                     std::ptrdiff_t(a.value.size()) - a.nx * a.ny * a.nz);
-                         });
+      for (int form = 0; form < 4; form += 2) {
+        const Field<float> one = advected(level_sets[form], phi, faces, dt),
+                           other = advected(level_sets[form + 1], phi, faces, dt);
+        EXPECT_EQ(one.value, other.value) << nx << ' ' << dt;
+        expect_padding_is_poison(one);
+        const Faces<float> moved = advected(velocities[form], faces, dt);
+        for_each_component(
+            moved, advected(velocities[form + 1], faces, dt),
+            [&](const Field<float>& a, const Field<float>& b) { EXPECT_EQ(a.value, b.value) << nx << ' ' << dt; });
+        expect_padding_is_poison(moved);
+      }
     }
 }
 
