@@ -64,7 +64,7 @@ void substep(const Model& model, Redistance<Real>* redistance, Real dt, Liquid<R
   Fluid<Real>& fluid = liquid.fluid;
   Particles<Real>& particles = liquid.particles;
   const Vector3<Real> gravity = convert<Real>(model.gravity);
-  advect_level_set(fluid.phi, fluid.velocity, dt, memory.phi);
+  advect_level_set_semi_lagrangian(fluid.phi, fluid.velocity, dt, memory.phi);
   std::swap(fluid.phi, memory.phi);
   done(Module::advect_level_set);
   advect_particles(fluid, fluid.velocity, dt, particles);
@@ -72,7 +72,7 @@ void substep(const Model& model, Redistance<Real>* redistance, Real dt, Liquid<R
   if (!model.given) {
     advance_spray(fluid, gravity, dt, liquid.spray, particles);
     done(Module::advance_spray);
-    advect_velocity(fluid.velocity, dt, memory.velocity);
+    advect_velocity_semi_lagrangian(fluid.velocity, dt, memory.velocity);
     std::swap(fluid.velocity, memory.velocity);
     done(Module::advect_velocity);
     apply_forces(gravity, dt, fluid.velocity);
