@@ -6,6 +6,7 @@
 
 #include "common/levelset/field.h"
 #include "common/production_fluid/extend_level_set.h"
+#include "common/production_fluid/maccormack.h"
 #include "common/production_fluid/particles.h"
 #include "common/production_fluid/pressure_solve.h"
 #include "common/production_fluid/state.h"
@@ -81,6 +82,7 @@ struct StepMemory {
   Faces<Real> given;  // the velocity at the start
   Extension<Real> extension;
   Field<Real> phi;
+  Arrived<Field<Real>> arrived;
   Faces<Real> velocity;
   Particles<Real> particles;
   levelset::Distances<Real> distances;
@@ -90,6 +92,16 @@ struct StepMemory {
   int substeps = 0, iterations = 0;         // of the pressure, of all substeps
   double seconds[int(Module::count)] = {};  // by module
 };
+
+// For a liquid that begins so.
+template <class Real>
+StepMemory<Real> make_memory(const Fluid<Real>& fluid) {
+  StepMemory<Real> memory;
+  memory.given = memory.velocity = fluid.velocity;
+  memory.extension = make_extension(fluid);
+  memory.phi = memory.arrived.value = memory.arrived.least = memory.arrived.most = fluid.phi;
+  return memory;
+}
 
 // What steps begin with, and what two versions are compared by.
 template <Is<Liquid> L, class F>

@@ -2,11 +2,13 @@
 //
 //   phi = -d where phi < 0, else d
 //
-// Beside the surface, d = |phi| / |grad phi| where phi is nearly a distance, 1/2 <= |grad phi| <= 2, by differences with
-// the cells on both sides. Elsewhere d is the distance that levelset/ finds from the crossings of phi
-// (common/levelset/initialize.h), which is too large where the surface is oblique: with it in all cells the liquid
-// shrinks (notes/production_fluid.md). The other cells get the distance that levelset/ computes from these, as far as
-// `band`, and `band` beyond. So the surface stays where phi crosses 0, to first order.
+// Beside the surface, d = |phi| / s. s is how steep phi is, as far as two measures of |grad phi| agree: by differences
+// with the cells on both sides, and by those towards the surface alone. Where one says steeper than a distance and the
+// other flatter, s = 1. On a smooth surface the measures err in different ways, and at an edge the first is too small:
+// by either alone, each redistancing would move the surface a little (notes/production_fluid.md). Where s is not
+// between 1/2 and 2, d is the distance that levelset/ finds from the crossings of phi (common/levelset/initialize.h).
+// The other cells get the distance that levelset/ computes from these, as far as `band`, and `band` beyond. So the
+// surface stays where phi crosses 0, to first order.
 //
 //   sweeping   by one round of fast sweeping. In a narrow band one round leaves rounding (notes/levelset.md).
 //   marching   by fast marching in blocks.
@@ -45,20 +47,26 @@ inline constexpr float band_of_level_set = 4;
 
 // --- Formulas; of numbers or of lanes
 
-// |grad phi| at a cell, by differences with its neighbours; at a side of the box with the one that is there. load(index)
-// is an element of phi, counted from cell (0, 0, 0).
+// How steep phi is at a cell, 1 for a distance. Beyond the box, phi is what it is here. load(index) is an element of phi,
+// counted from cell (0, 0, 0).
 template <class Index, class Real, class Load>
 inline auto steepness(const Field<Real>& phi, const Index& x, const Index& y, const Index& z, const Load& load) {
-  const Index here = (z * Index(phi.ny) + y) * Index(phi.pitch) + x;
-  using Number = decltype(load(here));
-  const auto rise = [&](const Index& at, int n, int step) {
-    const auto low = at > Index(0), high = at < Index(n - 1);
-    const Number difference =
-        load(here + select(high, Index(step), Index(0))) - load(here - select(low, Index(step), Index(0)));
-    return select(low & high, Number(.5f), Number(1)) * difference;
+  const Index place = (z * Index(phi.ny) + y) * Index(phi.pitch) + x;
+  using Number = decltype(load(place));
+  const Number here = load(place);
+  Number both_sides(0), downhill(0);
+  const auto add_axis = [&](const Index& at, int n, int step) {
+    const auto has_low = at > Index(0), has_high = at < Index(n - 1);
+    const Number low = load(place - select(has_low, Index(step), Index(0))),
+                 high = load(place + select(has_high, Index(step), Index(0)));
+    const Number rise = select(has_low & has_high, Number(.5f), Number(1)) * (high - low);
+    both_sides = both_sides + rise * rise;
+    const Number fall = max(select(here < Number(0), max(low, high) - here, here - min(low, high)), Number(0));
+    downhill = downhill + fall * fall;
   };
-  const Vector3<Number> slope = {rise(x, phi.nx, 1), rise(y, phi.ny, phi.pitch), rise(z, phi.nz, phi.pitch * phi.ny)};
-  return sqrt(dot(slope, slope)) / Number(phi.spacing);
+  add_axis(x, phi.nx, 1), add_axis(y, phi.ny, phi.pitch), add_axis(z, phi.nz, phi.pitch * phi.ny);
+  const Number one(1), a = sqrt(both_sides) / Number(phi.spacing), b = sqrt(downhill) / Number(phi.spacing);
+  return select((a > one) & (b > one), min(a, b), select((a < one) & (b < one), max(a, b), one));
 }
 
 // The distance of a cell beside the surface.

@@ -3,7 +3,8 @@
 // A substep takes dt so that nothing moves by more than `cfl` cells (time_step.h), and the frame ends on a substep
 // (next_substep). Its modules, in this order:
 //
-//   advect_level_set, advect_particles, advance_spray, advect_velocity   all by the velocity at the beginning
+//   advect_level_set (maccormack), advect_particles, advance_spray, advect_velocity (semi_lagrangian)
+//                                  all by the velocity at the beginning
 //   apply_forces                   gravity
 //   sort_particles                 with the spray that came back
 //   extend_level_set               into obstacles

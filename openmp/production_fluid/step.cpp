@@ -64,7 +64,7 @@ void substep(const Model& model, Redistance<Real>* redistance, Real dt, Liquid<R
   Fluid<Real>& fluid = liquid.fluid;
   Particles<Real>& particles = liquid.particles;
   const Vector3<Real> gravity = convert<Real>(model.gravity);
-  advect_level_set_semi_lagrangian(fluid.phi, fluid.velocity, dt, memory.phi);
+  advect_level_set_maccormack(fluid.phi, fluid.velocity, dt, memory.phi, memory.arrived);
   std::swap(fluid.phi, memory.phi);
   done(Module::advect_level_set);
   advect_particles(fluid, fluid.velocity, dt, particles);

@@ -58,7 +58,7 @@ void substep(const Model& model, Redistance<Real>* redistance, Real dt, Liquid<R
   Fluid<Real>& fluid = liquid.fluid;
   Particles<Real>& particles = liquid.particles;
   const Vector3<Real> gravity = convert<Real>(model.gravity);
-  advect_level_set_semi_lagrangian(fluid.phi, fluid.velocity, dt, memory.phi);
+  advect_level_set_maccormack(fluid.phi, fluid.velocity, dt, memory.phi, memory.arrived);
   std::swap(fluid.phi, memory.phi);
   done(Module::advect_level_set);
   advect_particles(fluid, fluid.velocity, dt, particles);
@@ -131,11 +131,8 @@ void step(const Model& model, Redistance<Real>* redistance, Liquid<Real>& liquid
 
 void start(const Model& model, Liquid<Real>& liquid, StepMemory<Real>& memory) {
   Fluid<Real>& fluid = liquid.fluid;
-  memory = {};
-  memory.given = memory.velocity = fluid.velocity;
-  memory.extension = make_extension(fluid);
+  memory = make_memory(fluid);
   extend_level_set(memory.extension, fluid.phi);
-  memory.phi = fluid.phi;
   reseed_blocks(model, 0, liquid, memory);
   if (!model.given) make_incompressible(model, fluid, memory, [](Module) {});
 }
