@@ -80,7 +80,7 @@ TEST(ProductionFluidPressure, IsCholmods) {
 TEST(ProductionFluidPressure, InDoubleGoesAsFarAsAsked) {
   const System<float> given = system_of("obstacle_48");
   const System<double> system = {given.cells, convert<double>(given.diagonal), convert<double>(given.right),
-                                 given.first_run, given.runs};
+                                 given.first_run, given.runs, given.air, given.open_top};
   PressureSettings far = settings;
   far.stop.tolerance = 1e-12;
   Array<double> q;

@@ -16,8 +16,11 @@
 //         the same with a factor a block of whole lines, sixteen along y and sixteen along z: neighbours in another
 //         block do not count. Blocks need nothing of one another, and do not follow the number of threads; the price is
 //         more iterations.
+//   multigrid
+//         preconditioned by a V-cycle (multigrid.h). The modification does not matter. Both versions keep the cells in
+//         their order, and sum as common/linear/dot.h says, over bordered arrays.
 //
-// A dot product is summed in double, in an order that does not depend on the threads: the products of a line's cells in
+// A dot product of the other two is summed in double, in an order that does not depend on the threads: the products of a line's cells in
 // ascending order; sixteen lines of a plane, y = 16 k to 16 k + 15, in the tree ((0 + 8) + (4 + 12)) + ...; and such
 // sixteens in ascending order of y, then z.
 //
@@ -47,12 +50,12 @@ template <class Real>
 using PressureSolve = linear::Solution(const System<Real>& system, const PressureSettings& settings, Array<double>& q);
 
 namespace serial {
-PressureSolve<float> pressure_solve_mic, pressure_solve_block_mic;
-PressureSolve<double> pressure_solve_mic, pressure_solve_block_mic;
+PressureSolve<float> pressure_solve_mic, pressure_solve_block_mic, pressure_solve_multigrid;
+PressureSolve<double> pressure_solve_mic, pressure_solve_block_mic, pressure_solve_multigrid;
 }  // namespace serial
 
 namespace openmp {
-PressureSolve<float> pressure_solve_mic, pressure_solve_block_mic;
+PressureSolve<float> pressure_solve_mic, pressure_solve_block_mic, pressure_solve_multigrid;
 }  // namespace openmp
 
 inline constexpr int lines_of_a_sum = 16;

@@ -45,6 +45,10 @@ template <class Number>
 inline auto is_liquid(const Number& phi, const Number& solid) {
   return (phi < Number(0)) & !is_solid(solid);
 }
+template <class Number>
+inline auto is_air(const Number& phi, const Number& solid) {
+  return !(phi < Number(0)) & !is_solid(solid);
+}
 // Whether the face between two cells is closed.
 template <class Number>
 inline auto is_closed(const Number& solid_a, const Number& solid_b) {

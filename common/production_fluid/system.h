@@ -33,13 +33,16 @@ struct Run {
 //
 //   diagonal(c) q(c) - sum of q(n) over liquid neighbours n = right(c)
 //
-// Arrays are bordered; diagonal is > 0 in the cells that have a row, and 0 elsewhere, as right is.
+// Arrays are bordered; diagonal is > 0 in the cells that have a row, and 0 elsewhere, as right is. `air` is 1 in cells of
+// air, which have no row, and 0 elsewhere.
 template <class Real>
 struct System {
   Bordered cells;
   Array<Real> diagonal, right;
   Array<std::int32_t> first_run{0};  // [y + ny z]: a line's first run; and the number of runs, behind the last
   Array<Run> runs;                   // the cells that have a row, line by line, in ascending order
+  Array<std::uint8_t> air;
+  bool open_top = false;  // air stands above the box
 };
 
 // Calls f(first, count, run) for each run of a line, or of all lines in order. `first` is where its first cell stands,
@@ -69,6 +72,7 @@ void for_each_array(S& system, const F& f) {
   f("right", system.right, system.right.size());
   f("first_run", system.first_run, system.first_run.size());
   f("runs", system.runs, system.runs.size());
+  f("air", system.air, system.air.size());
 }
 
 }  // namespace lockstep::production_fluid

@@ -19,13 +19,15 @@
 namespace lockstep::production_fluid::openmp {
 namespace {
 
-// Writes a line of both arrays, zero where no liquid is. Lines of the border have no cells.
+// Writes a line of all arrays, zero where no liquid is. Lines of the border have no cells.
 void make_line(const Fluid<Real>& fluid, const Lines<Real>& lines, int y, int z, System<Real>& system) {
   const std::size_t first = system.cells.index(0, y, z);
   Real* const diagonal = &system.diagonal[first];
   Real* const right = &system.right[first];
+  std::uint8_t* const air = &system.air[first];
   if (y < 0 || z < 0 || z >= fluid.nz) {
     std::fill_n(diagonal, system.cells.line(), 0.f), std::fill_n(right, system.cells.line(), 0.f);
+    std::fill_n(air, system.cells.line(), 0);
     return;
   }
   const auto& [u, v, w] = fluid.velocity;
@@ -48,6 +50,9 @@ void make_line(const Fluid<Real>& fluid, const Lines<Real>& lines, int y, int z,
     store(&right[x], select(liquid, row.right, 0.f), in_box);
   }
   diagonal[fluid.nx] = right[fluid.nx] = 0;
+#pragma omp simd
+  for (int x = 0; x < fluid.nx; ++x) air[x] = is_air(here.phi[x], here.solid[x]);
+  air[fluid.nx] = 0;
 }
 
 // Calls f(begin, end) for each run of a line.
@@ -128,7 +133,9 @@ void balance_pockets(System<Real>& system) {
 
 void make_system(const Fluid<Real>& fluid, System<Real>& system) {
   system.cells = {fluid.nx, fluid.ny, fluid.nz};
+  system.open_top = fluid.open_top;
   system.diagonal.resize(system.cells.size()), system.right.resize(system.cells.size());
+  system.air.resize(system.cells.size());
   const Lines<Real> lines(fluid);
   // A line writes its own elements; the lines of the border are among them.
 #pragma omp parallel for collapse(2) schedule(static)
@@ -137,6 +144,7 @@ void make_system(const Fluid<Real>& fluid, System<Real>& system) {
   const std::size_t behind = system.cells.index(0, -1, fluid.nz + 1);
   std::fill(system.diagonal.begin() + behind, system.diagonal.end(), 0.f);
   std::fill(system.right.begin() + behind, system.right.end(), 0.f);
+  std::fill(system.air.begin() + behind, system.air.end(), 0);
   find_runs(system);
   balance_pockets(system);
 }

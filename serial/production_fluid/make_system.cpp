@@ -26,6 +26,7 @@ void make_rows(const Fluid<Real>& fluid, System<Real>& system) {
                        high_z = lines(y, z + 1);
       for (int x = 0; x < fluid.nx; ++x) {
         const Real phi = here.phi[x];
+        system.air[system.cells.index(x, y, z)] = is_air(phi, here.solid[x]);
         if (!is_liquid(phi, here.solid[x])) continue;
         Row<Real> row;
         add_face(phi, here.phi[x - 1], here.solid[x - 1], u(x, y, z), row);
@@ -80,7 +81,9 @@ void balance_pockets(System<Real>& system) {
 
 void make_system(const Fluid<Real>& fluid, System<Real>& system) {
   system.cells = {fluid.nx, fluid.ny, fluid.nz};
+  system.open_top = fluid.open_top;
   system.diagonal.assign(system.cells.size(), 0), system.right.assign(system.cells.size(), 0);
+  system.air.assign(system.cells.size(), 0);
   make_rows(fluid, system);
   find_runs(system);
   balance_pockets(system);

@@ -1,0 +1,256 @@
+// Solves the system of the pressure by conjugate gradients with a V-cycle of multigrid.
+//
+// A smoother such as Jacobi's removes what changes from cell to cell in a few sweeps, and hardly touches what changes
+// slowly. On a grid of twice the spacing, that changes quickly. So a cycle smooths, hands what is left to the coarser
+// grid, which does the same, and smooths again. The number of iterations then hardly depends on the number of cells,
+// where with an incomplete factor it grows as the cells along an axis do.
+//
+// A free surface does not fit into coarse cells. Beside it, the correction of the coarser grid is wrong, and as a
+// preconditioner the cycle would be little better than the factor. Passes over a thin band of cells there mend that.
+//
+// All loops but those over the band go straight through arrays. Where a cell has no row, they find 0.
+//
+// The contract stands in common/production_fluid/multigrid.h.
+#include "common/production_fluid/multigrid.h"
+
+#include <vector>
+
+#include "common/linear/iterate.h"
+#include "common/real.h"
+
+namespace lockstep::production_fluid::serial {
+namespace {
+
+struct Level {
+  Bordered cells;
+  Array<Real> diagonal, inverse;     // 0 where there is no row
+  std::vector<std::size_t> band[2];  // where its cells stand, by colour
+  int passes;                        // over the band
+  Array<Real> right, solution;       // of a coarse grid
+  Array<Real> guess, residual;
+};
+
+// --- The levels
+
+Kinds finest_kinds(const System<Real>& system) {
+  Kinds kinds = make_kinds(system.cells, system.open_top);
+  const auto [nx, ny, nz] = system.cells;
+  for (int z = 0; z < nz; ++z)
+    for (int y = 0; y < ny; ++y)
+      for (int x = 0; x < nx; ++x) {
+        const std::size_t i = system.cells.index(x, y, z);
+        kinds.value[kinds.index(x, y, z)] = kind_of(system.diagonal[i] > 0, system.air[i]);
+      }
+  return kinds;
+}
+
+Kinds coarser_kinds(const Kinds& fine) {
+  Kinds kinds = make_kinds(coarser(fine.cells), fine.open_top);
+  const auto [nx, ny, nz] = kinds.cells;
+  for (int z = 0; z < nz; ++z)
+    for (int y = 0; y < ny; ++y)
+      for (int x = 0; x < nx; ++x)
+        kinds.value[kinds.index(x, y, z)] =
+            kind_of_parent(&fine.value[fine.index(2 * x, 2 * y, 2 * z)], fine.line(), fine.plane());
+  return kinds;
+}
+
+Array<Real> coarse_rows(const Kinds& kinds) {
+  Array<Real> diagonal(kinds.cells.size());
+  const auto [nx, ny, nz] = kinds.cells;
+  for (int z = 0; z < nz; ++z)
+    for (int y = 0; y < ny; ++y)
+      for (int x = 0; x < nx; ++x)
+        diagonal[kinds.cells.index(x, y, z)] =
+            static_cast<Real>(row_of(&kinds.value[kinds.index(x, y, z)], kinds.line(), kinds.plane()));
+  return diagonal;
+}
+
+void find_band(const Kinds& kinds, Level& level) {
+  const auto [nx, ny, nz] = kinds.cells;
+  Array<std::uint8_t> beside(kinds.size());
+  for (int z = 0; z < nz; ++z)
+    for (int y = 0; y < ny; ++y)
+      for (int x = 0; x < nx; ++x) {
+        const std::size_t i = kinds.index(x, y, z);
+        beside[i] = is_beside_boundary(&kinds.value[i], kinds.line(), kinds.plane());
+      }
+  const bool all = is_coarsest(kinds.cells);
+  for (int z = 0; z < nz; ++z)
+    for (int y = 0; y < ny; ++y)
+      for (int x = 0; x < nx; ++x) {
+        const std::size_t i = kinds.cells.index(x, y, z);
+        if (level.diagonal[i] > 0 && (all || is_in_band(&beside[kinds.index(x, y, z)], kinds.line(), kinds.plane())))
+          level.band[colour_of(x, y, z)].push_back(i);
+      }
+}
+
+Level make_level(const Kinds& kinds, const Array<Real>& diagonal) {
+  Level level;
+  level.cells = kinds.cells;
+  level.diagonal = diagonal;
+  level.passes = is_coarsest(kinds.cells) ? coarsest_passes : band_passes;
+  level.inverse.resize(diagonal.size());
+  for (std::size_t i = 0; i < diagonal.size(); ++i) level.inverse[i] = diagonal[i] > 0 ? 1 / diagonal[i] : 0;
+  find_band(kinds, level);
+  for (Array<Real>* array : {&level.right, &level.solution, &level.guess, &level.residual})
+    array->resize(diagonal.size());
+  return level;
+}
+
+std::vector<Level> make_levels(const System<Real>& system) {
+  Kinds kinds = finest_kinds(system);
+  std::vector<Level> levels;
+  levels.push_back(make_level(kinds, system.diagonal));
+  while (!is_coarsest(kinds.cells)) {
+    kinds = coarser_kinds(kinds);
+    levels.push_back(make_level(kinds, coarse_rows(kinds)));
+  }
+  return levels;
+}
+
+// --- The cycle
+
+// Calls f(i) for all places from the first cell to the last, those of the border among them.
+template <class F>
+void for_each_place(const Bordered& cells, const F& f) {
+  const std::size_t end = cells.index(0, 0, cells.nz);
+  for (std::size_t i = cells.index(0, 0, 0); i < end; ++i) f(i);
+}
+
+// Row i of A x.
+template <class T>
+T row_times(const Bordered& cells, const Array<Real>& diagonal, const T* x, std::size_t i) {
+  const std::ptrdiff_t line = cells.line(), plane = cells.plane();
+  const T* const at = x + i;
+  return product<T>(diagonal[i], at[0], at[-1], at[1], at[-line], at[line], at[-plane], at[plane]);
+}
+
+// What solves row i for z(i).
+Real solve_row(const Level& level, std::span<const Real> right, const Array<Real>& z, std::size_t i) {
+  const std::ptrdiff_t line = level.cells.line(), plane = level.cells.plane();
+  const Real* const at = &z[i];
+  return gauss_seidel(level.inverse[i], right[i], at[-1], at[1], at[-line], at[line], at[-plane], at[plane]);
+}
+
+void first_guess(Level& level, std::span<const Real> right) {
+  for_each_place(level.cells, [&](std::size_t i) { level.guess[i] = jacobi(Real(0), level.inverse[i] * right[i]); });
+}
+
+void smooth_band(Level& level, std::span<const Real> right, int first_colour) {
+  for (int half = 0; half < 2 * level.passes; ++half)
+    for (const std::size_t i : level.band[(first_colour + half) % 2])
+      level.guess[i] = solve_row(level, right, level.guess, i);
+}
+
+void smooth(const Level& level, std::span<const Real> right, std::span<Real> z) {
+  for_each_place(level.cells, [&](std::size_t i) {
+    z[i] = jacobi(level.guess[i], solve_row(level, right, level.guess, i));
+  });
+}
+
+void find_residual(Level& level, std::span<const Real> right) {
+  for_each_place(level.cells, [&](std::size_t i) {
+    const Real rest = right[i] - row_times(level.cells, level.diagonal, level.guess.data(), i);
+    level.residual[i] = level.diagonal[i] > 0 ? rest : 0;
+  });
+}
+
+// The coarser grid's right-hand side: along z, then along y, then along x.
+void restrict_residual(const Level& fine, Level& coarse) {
+  const auto [nx, ny, nz] = fine.cells;
+  for (int z = 0; z < coarse.cells.nz; ++z)
+    for (int y = 0; y < coarse.cells.ny; ++y)
+      for (int x = 0; x < coarse.cells.nx; ++x) {
+        const std::size_t i = coarse.cells.index(x, y, z);
+        if (!(coarse.diagonal[i] > 0)) continue;
+        const auto of_four = [](int first, int n, const auto& f) {
+          return restricted(f(fine_place(first, n)), f(fine_place(first + 1, n)), f(fine_place(first + 2, n)),
+                            f(fine_place(first + 3, n)));
+        };
+        coarse.right[i] = Real(restriction_scale) * of_four(2 * x - 1, nx, [&](int fx) {
+          return of_four(2 * y - 1, ny, [&](int fy) {
+            return of_four(2 * z - 1, nz, [&](int fz) { return fine.residual[fine.cells.index(fx, fy, fz)]; });
+          });
+        });
+      }
+}
+
+// Adds the coarser grid's correction: along z, then along y, then along x.
+void add_correction(const Level& coarse, Level& fine) {
+  const auto [nx, ny, nz] = coarse.cells;
+  for (int z = 0; z < fine.cells.nz; ++z)
+    for (int y = 0; y < fine.cells.ny; ++y)
+      for (int x = 0; x < fine.cells.nx; ++x) {
+        const std::size_t i = fine.cells.index(x, y, z);
+        if (!(fine.diagonal[i] > 0)) continue;
+        const auto of_two = [](int fine, int n, const auto& f) {
+          return interpolated(f(fine / 2), f(next_place(fine, n)));
+        };
+        fine.guess[i] += Real(interpolation_scale) * of_two(x, nx, [&](int cx) {
+          return of_two(y, ny, [&](int cy) {
+            return of_two(z, nz, [&](int cz) { return coarse.solution[coarse.cells.index(cx, cy, cz)]; });
+          });
+        });
+      }
+}
+
+// z = M^-1 r on a level.
+void cycle(std::vector<Level>& levels, std::size_t of, std::span<const Real> r, std::span<Real> z) {
+  Level& level = levels[of];
+  first_guess(level, r);
+  smooth_band(level, r, 0);
+  if (of + 1 < levels.size()) {
+    Level& coarse = levels[of + 1];
+    find_residual(level, r);
+    restrict_residual(level, coarse);
+    cycle(levels, of + 1, coarse.right, coarse.solution);
+    add_correction(coarse, level);
+  }
+  smooth_band(level, r, 1);
+  smooth(level, r, z);
+}
+
+// --- What conjugate gradients need besides
+
+double multiply(const System<Real>& system, std::span<const Real> x, std::span<Real> y) {
+  for_each_place(system.cells, [&](std::size_t i) {
+    const Real row = row_times(system.cells, system.diagonal, x.data(), i);
+    y[i] = system.diagonal[i] > 0 ? row : 0;
+  });
+  return linear::serial::dot(x, y);
+}
+
+// Adds x to the pressure, sets it to 0, and computes the residual of the pressure.
+double refresh(const System<Real>& system, Array<double>& q, std::span<Real> x, std::span<Real> r) {
+  for_each_place(system.cells, [&](std::size_t i) { q[i] += x[i], x[i] = 0; });
+  for_each_place(system.cells, [&](std::size_t i) {
+    const double row = row_times(system.cells, system.diagonal, q.data(), i);
+    r[i] = system.diagonal[i] > 0 ? static_cast<Real>(system.right[i] - row) : 0;
+  });
+  return linear::serial::dot(r, r);
+}
+
+}  // namespace
+
+void multigrid_cycle(const System<Real>& system, std::span<const Real> r, std::span<Real> z) {
+  std::vector<Level> levels = make_levels(system);
+  cycle(levels, 0, r, z);
+}
+
+linear::Solution pressure_solve_multigrid(const System<Real>& system, const PressureSettings& settings,
+                                          Array<double>& q) {
+  q.assign(system.cells.size(), 0);
+  std::vector<Level> levels = make_levels(system);
+  const linear::System<Real> operators = {
+      .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(system, x, y); },
+      .precondition = [&](std::span<const Real> x, std::span<Real> y) { cycle(levels, 0, x, y); },
+      .residual = nullptr,
+      .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, q, x, r); }};
+  const linear::VectorKernels<Real> vectors = {linear::serial::dot, linear::serial::axpy, linear::serial::advance,
+                                               linear::serial::descend};
+  Array<Real> x(system.cells.size());
+  return linear::iterate(vectors, operators, std::span<const Real>(system.right), std::span(x), settings.stop);
+}
+
+}  // namespace lockstep::production_fluid::serial
