@@ -1,0 +1,217 @@
+// The grids of multigrid's cycle, and lists of what has rows, so that every pass goes straight through memory and skips
+// what is empty.
+//
+// Arrays are bordered, and rows of lanes begin at multiples of sixteen places, wherever in a line that is: a smoother
+// does the same at every place, and finds 0 where there is no row. Only transfers go line by line.
+//
+// No serial twin: the serial form goes through all places of a grid.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <vector>
+
+#include "common/linear/dot.h"
+#include "common/production_fluid/multigrid.h"
+#include "common/simd.h"
+
+namespace lockstep::production_fluid::openmp {
+
+// Places of vectors, begin to end - lanes, of a block whose sum a dot product takes; from the first that has a row to the
+// last.
+struct Part {
+  std::ptrdiff_t begin, end;
+};
+
+// Cells begin .. end - 1 of a line, from the first that has a row to the last.
+struct Span {
+  int y, z, begin, end;
+};
+
+// A vector that has cells of the band: where it stands, and which lanes, by colour.
+struct Patch {
+  std::int32_t vector;  // its number
+  std::uint16_t of_colour[2];
+};
+
+struct Level {
+  Bordered cells;
+  const Array<float>* diagonal;  // 0 where there is no row
+  Array<float> inverse;          // likewise
+  std::vector<Part> parts;
+  std::vector<Span> lines;
+  std::vector<Patch> band;
+  int passes;                    // over the band
+  Array<float> right, solution;  // of a coarse grid
+  Array<float> guess, residual;
+
+  Array<float> rows;  // the diagonal of a coarse grid
+};
+
+// Threads share the work of grids with at least as many parts. On smaller ones to meet would take longer.
+inline constexpr std::ptrdiff_t parts_to_share = 16;
+inline bool is_shared(const Level& level) { return std::ssize(level.parts) >= parts_to_share; }
+
+// Calls f(y, z) for each line.
+template <class F>
+void for_each_line(const Bordered& cells, const F& f) {
+  // What f writes belongs to its line.
+#pragma omp parallel for collapse(2) schedule(static) if (cells.ny * cells.nz >= 1024)
+  for (int z = 0; z < cells.nz; ++z)
+    for (int y = 0; y < cells.ny; ++y) f(y, z);
+}
+
+inline Kinds finest_kinds(const System<float>& system) {
+  Kinds kinds = make_kinds(system.cells, system.open_top);
+  for_each_line(kinds.cells, [&](int y, int z) {
+    const std::size_t i = system.cells.index(0, y, z);
+    std::uint8_t* const kind = &kinds.value[kinds.index(0, y, z)];
+    const float* const diagonal = &system.diagonal[i];
+    const std::uint8_t* const is_air = &system.air[i];
+#pragma omp simd
+    for (int x = 0; x < kinds.cells.nx; ++x) kind[x] = kind_of(diagonal[x] > 0, is_air[x]);
+  });
+  return kinds;
+}
+
+inline Kinds coarser_kinds(const Kinds& fine) {
+  Kinds kinds = make_kinds(coarser(fine.cells), fine.open_top);
+  for_each_line(kinds.cells, [&](int y, int z) {
+    std::uint8_t* const kind = &kinds.value[kinds.index(0, y, z)];
+    const std::uint8_t* const child = &fine.value[fine.index(0, 2 * y, 2 * z)];
+#pragma omp simd
+    for (int x = 0; x < kinds.cells.nx; ++x) kind[x] = kind_of_parent(child + 2 * x, fine.line(), fine.plane());
+  });
+  return kinds;
+}
+
+inline Array<float> coarse_rows(const Kinds& kinds) {
+  Array<float> diagonal(kinds.cells.size());
+  for_each_line(kinds.cells, [&](int y, int z) {
+    float* const row = &diagonal[kinds.cells.index(0, y, z)];
+    const std::uint8_t* const kind = &kinds.value[kinds.index(0, y, z)];
+#pragma omp simd
+    for (int x = 0; x < kinds.cells.nx; ++x) row[x] = static_cast<float>(row_of(kind + x, kinds.line(), kinds.plane()));
+  });
+  return diagonal;
+}
+
+// For each place, 0 or, if its cell is in the band, 1 + its colour.
+inline Array<std::uint8_t> find_band(const Kinds& kinds, const Array<float>& diagonal) {
+  const std::ptrdiff_t line = kinds.line(), plane = kinds.plane();
+  Array<std::uint8_t> beside(kinds.size()), band(kinds.cells.size());
+  for_each_line(kinds.cells, [&](int y, int z) {
+    const std::size_t i = kinds.index(0, y, z);
+    const std::uint8_t* const kind = &kinds.value[i];
+    std::uint8_t* const to = &beside[i];
+#pragma omp simd
+    for (int x = 0; x < kinds.cells.nx; ++x) to[x] = is_beside_boundary(kind + x, line, plane);
+  });
+  const std::uint8_t all = is_coarsest(kinds.cells);
+  for_each_line(kinds.cells, [&](int y, int z) {
+    const std::size_t i = kinds.cells.index(0, y, z);
+    const std::uint8_t* const from = &beside[kinds.index(0, y, z)];
+    const float* const row = &diagonal[i];
+    std::uint8_t* const to = &band[i];
+#pragma omp simd
+    for (int x = 0; x < kinds.cells.nx; ++x) {
+      const std::uint8_t in = (row[x] > 0) & (all | is_in_band(from + x, line, plane));
+      to[x] = static_cast<std::uint8_t>(in * (1 + colour_of(x, y, z)));
+    }
+  });
+  return band;
+}
+
+inline std::vector<Part> find_parts(const Array<float>& diagonal) {
+  const std::ptrdiff_t vectors = std::ssize(diagonal) / lanes, of_block = linear::dot_block / lanes;
+  std::vector<Part> parts((vectors + of_block - 1) / of_block);
+  const auto has_row = [&](std::ptrdiff_t vector) { return any(load(&diagonal[vector * lanes]) > 0.f); };
+  // A block writes its own part.
+#pragma omp parallel for schedule(static)
+  for (std::ptrdiff_t k = 0; k < std::ssize(parts); ++k) {
+    std::ptrdiff_t begin = k * of_block, end = std::min(begin + of_block, vectors);
+    while (begin < end && !has_row(begin)) ++begin;
+    while (begin < end && !has_row(end - 1)) --end;
+    parts[k] = {begin * lanes, end * lanes};
+  }
+  std::erase_if(parts, [](const Part& part) { return part.begin == part.end; });
+  return parts;
+}
+
+inline std::vector<Span> find_lines(const Bordered& cells, const Array<float>& diagonal) {
+  std::vector<Span> lines(static_cast<std::size_t>(cells.ny) * cells.nz);
+  for_each_line(cells, [&](int y, int z) {
+    const float* const row = &diagonal[cells.index(0, y, z)];
+    int begin = 0, end = cells.nx;
+    while (begin < end && !(row[begin] > 0)) ++begin;
+    while (begin < end && !(row[end - 1] > 0)) --end;
+    lines[y + static_cast<std::size_t>(cells.ny) * z] = {y, z, begin, end};
+  });
+  std::erase_if(lines, [](const Span& line) { return line.begin == line.end; });
+  return lines;
+}
+
+inline std::vector<Patch> find_patches(const std::vector<Part>& parts, const Array<std::uint8_t>& band) {
+  const auto for_each_patch = [&](const Part& part, const auto& f) {
+    for (std::ptrdiff_t i = part.begin; i < part.end; i += lanes) {
+      std::uint64_t halves[2];
+      std::memcpy(halves, &band[i], sizeof halves);
+      if ((halves[0] | halves[1]) == 0) continue;
+      Patch patch = {static_cast<std::int32_t>(i / lanes), {0, 0}};
+      for (int l = 0; l < lanes; ++l)
+        if (band[i + l] > 0) patch.of_colour[band[i + l] - 1] |= static_cast<std::uint16_t>(1 << l);
+      f(patch);
+    }
+  };
+  const std::ptrdiff_t count = std::ssize(parts);
+  std::vector<std::ptrdiff_t> first(count + 1);
+  // A part writes its own number of patches.
+#pragma omp parallel for schedule(static)
+  for (std::ptrdiff_t k = 0; k < count; ++k) for_each_patch(parts[k], [&](const Patch&) { ++first[k + 1]; });
+  for (std::ptrdiff_t k = 0; k < count; ++k) first[k + 1] += first[k];
+  std::vector<Patch> patches(first[count]);
+  // A part writes its own patches.
+#pragma omp parallel for schedule(static)
+  for (std::ptrdiff_t k = 0; k < count; ++k) {
+    Patch* to = patches.data() + first[k];
+    for_each_patch(parts[k], [&](const Patch& patch) { *to++ = patch; });
+  }
+  return patches;
+}
+
+inline void make_level(const Kinds& kinds, const Array<float>& diagonal, Level& level) {
+  level.cells = kinds.cells;
+  level.diagonal = &diagonal;
+  level.passes = is_coarsest(kinds.cells) ? coarsest_passes : band_passes;
+  level.parts = find_parts(diagonal);
+  level.lines = find_lines(kinds.cells, diagonal);
+  level.band = find_patches(level.parts, find_band(kinds, diagonal));
+  for (Array<float>* array : {&level.inverse, &level.guess, &level.residual}) array->resize(diagonal.size());
+  // A part writes its own places.
+#pragma omp parallel for schedule(static)
+  for (std::ptrdiff_t k = 0; k < std::ssize(level.parts); ++k)
+    for (std::ptrdiff_t i = level.parts[k].begin; i < level.parts[k].end; i += lanes) {
+      const floatv d = load(&diagonal[i]);
+      store(&level.inverse[i], select(d > 0.f, 1.f / d, 0.f));
+    }
+}
+
+// The finest first. The system must outlive them.
+inline std::vector<Level> make_levels(const System<float>& system) {
+  Kinds kinds = finest_kinds(system);
+  std::vector<Level> levels(1);
+  make_level(kinds, system.diagonal, levels[0]);
+  while (!is_coarsest(kinds.cells)) {
+    kinds = coarser_kinds(kinds);
+    Array<float> rows = coarse_rows(kinds);
+    levels.emplace_back();
+    make_level(kinds, rows, levels.back());
+    for (Array<float>* array : {&levels.back().right, &levels.back().solution}) array->resize(rows.size());
+    levels.back().rows = std::move(rows);
+  }
+  for (std::size_t of = 1; of < levels.size(); ++of) levels[of].diagonal = &levels[of].rows;
+  return levels;
+}
+
+}  // namespace lockstep::production_fluid::openmp
