@@ -1,15 +1,15 @@
 // Contract: a V-cycle of multigrid, the preconditioner of pressure_solve_multigrid (pressure_solve.h).
 //
-// Levels. A cell of the next coarser grid has eight children; where the box is odd, some of them are beyond it. It is air
-// if any child is air, else liquid if any is liquid, else solid. Its row counts its liquid neighbours and its air
+// Levels. A cell of the next coarser grid has eight children; where the box is odd, some of them are beyond it. It is
+// air if any child is air, else liquid if any is liquid, else solid. Its row counts its liquid neighbours and its air
 // neighbours: the finest level alone knows where within a cell the surface is (theta, make_system.h). Grids go on until
 // no axis has more than `coarsest_cells`.
 //
-// Smoothers. Jacobi's iteration with damping goes over all cells. It is weak beside boundaries, because the coarser grid
-// has them elsewhere. So the cells within two of a boundary, the band, get Gauss-Seidel passes as well, first those of
-// even x + y + z, then the others. A boundary is a face to air, or to a solid cell in the box. The walls of the box are
-// none: every grid has them in the same place, and transfers mirror there. On the coarsest grid all cells are the band,
-// and passes are as many as solve it well.
+// Smoothers. Jacobi's iteration with damping goes over all cells. It is weak beside boundaries, because the coarser
+// grid has them elsewhere. So the cells within two of a boundary, the band, get Gauss-Seidel passes as well, in two
+// colours: cells where x + y + z is even, and the others. A boundary is a face to air, or to a solid cell in the box.
+// The walls of the box are none: every grid has them in the same place, and transfers mirror there. On the coarsest
+// grid all cells are the band, and passes are as many as solve it well.
 //
 //   cycle, A z = r:   z = damping r / diagonal
 //                     passes over the band, even cells first
@@ -18,16 +18,17 @@
 //                     Jacobi: z += damping ((r + sum of z over neighbours) / diagonal - z)
 //
 // Transfers. P interpolates: a child takes 3/4 of its parent's value and 1/4 of the next cell's on its side, axis after
-// axis. Beyond a wall, the next cell is the parent itself. R is half of P's transpose: weights (1 3 3 1) / 8 an axis, and
-// 4 for coarse cells are twice as long and rows have the unit 1 / length^2. So the second half of a cycle mirrors the
-// first. z is linear in r, and the map is symmetric and positive definite on cells that have rows, whatever the coarser
-// grids are like, because damping < 1 and Gauss-Seidel converge (notes/production_fluid.md).
+// axis. Beyond a wall, the next cell is the parent itself. R is half of P's transpose: weights (1 3 3 1) / 8 an axis,
+// and 4 because coarse cells are twice as long and rows have the unit 1 / length^2.
+//
+// The second half of a cycle mirrors the first. So z is linear in r, and the map is symmetric, and positive definite on
+// the cells that have rows (notes/production_fluid.md).
 //
 // In:     system, with `air` and `open_top`; r, bordered as the system is, 0 in cells without a row.
-// Out:    z, likewise.
-// Source: McAdams, Sifakis and Teran, A parallel multigrid Poisson solver for fluids simulation on large grids, SCA 2010,
-//         which takes walls as boundaries instead of mirroring. Damping: Trottenberg, Oosterlee and Schueller, Multigrid
-//         (2001), 2.9: 6/7 smooths best in three dimensions.
+// Out:    z in cells that have a row; bordered, and elsewhere 0 before and after.
+// Source: McAdams, Sifakis and Teran, A parallel multigrid Poisson solver for fluids simulation on large grids, SCA
+//         2010, where walls are boundaries, too. Damping: Trottenberg, Oosterlee and Schueller, Multigrid (2001): 6/7
+//         smooths best in three dimensions.
 #pragma once
 
 #include <algorithm>
@@ -52,9 +53,9 @@ namespace openmp {
 MultigridCycle<float> multigrid_cycle;
 }  // namespace openmp
 
-inline constexpr int coarsest_cells = 4;    // along an axis
-inline constexpr int band_passes = 2;       // before the coarser grid, and as many after it
-inline constexpr int coarsest_passes = 8;   // likewise
+inline constexpr int coarsest_cells = 4;   // along an axis
+inline constexpr int band_passes = 2;      // before the coarser grid, and as many after it
+inline constexpr int coarsest_passes = 8;  // likewise
 inline constexpr float jacobi_damping = 6.f / 7;
 
 // --- What is in a cell
@@ -85,12 +86,8 @@ inline Kinds make_kinds(const Bordered& cells, bool open_top) {
   return kinds;
 }
 
-inline Bordered coarser(const Bordered& cells) {
-  return {(cells.nx + 1) / 2, (cells.ny + 1) / 2, (cells.nz + 1) / 2};
-}
-inline bool is_coarsest(const Bordered& cells) {
-  return std::max({cells.nx, cells.ny, cells.nz}) <= coarsest_cells;
-}
+inline Bordered coarser(const Bordered& cells) { return {(cells.nx + 1) / 2, (cells.ny + 1) / 2, (cells.nz + 1) / 2}; }
+inline bool is_coarsest(const Bordered& cells) { return std::max({cells.nx, cells.ny, cells.nz}) <= coarsest_cells; }
 
 // Of a cell on the finest grid. Liquid without an open face has no row, and counts as solid.
 inline std::uint8_t kind_of(bool has_row, std::uint8_t is_air) { return has_row ? liquid : is_air ? air : solid; }
@@ -113,8 +110,7 @@ inline int row_of(const std::uint8_t* at, std::ptrdiff_t line, std::ptrdiff_t pl
 // Whether a cell has a boundary beside it.
 inline std::uint8_t is_beside_boundary(const std::uint8_t* at, std::ptrdiff_t line, std::ptrdiff_t plane) {
   const auto bounds = [&](std::ptrdiff_t to) { return (at[to] == solid) | (at[to] == air); };
-  return (at[0] == liquid) &
-         (bounds(-1) | bounds(1) | bounds(-line) | bounds(line) | bounds(-plane) | bounds(plane));
+  return (at[0] == liquid) & (bounds(-1) | bounds(1) | bounds(-line) | bounds(line) | bounds(-plane) | bounds(plane));
 }
 
 // Whether a liquid cell is in the band, given which cells are beside a boundary.
@@ -153,8 +149,8 @@ inline Number interpolated(const Number& parent, const Number& next) {
 }
 inline constexpr float interpolation_scale = 1.f / (4 * 4 * 4);
 
-// Which of n fine cells along an axis stands in for x = -1 .. n + 1: mirrored at the walls of whole coarse cells; n, where
-// arrays hold 0, beyond half a coarse cell.
+// Which of n fine cells along an axis stands in for x = -1 .. n + 1: mirrored at the walls of whole coarse cells; n,
+// where arrays hold 0, beyond half a coarse cell.
 inline int fine_place(int x, int n) { return x < 0 ? 0 : x < n ? x : n % 2 == 0 ? n - 1 : n; }
 
 // The next coarse cell, of n along an axis, on the side of fine cell x.

@@ -20,9 +20,9 @@
 //         preconditioned by a V-cycle (multigrid.h). The modification does not matter. Both versions keep the cells in
 //         their order, and sum as common/linear/dot.h says, over bordered arrays.
 //
-// A dot product of the other two is summed in double, in an order that does not depend on the threads: the products of a line's cells in
-// ascending order; sixteen lines of a plane, y = 16 k to 16 k + 15, in the tree ((0 + 8) + (4 + 12)) + ...; and such
-// sixteens in ascending order of y, then z.
+// A dot product of mic and block_mic is summed in double, in an order that does not depend on the threads: the products
+// of a line's cells in ascending order; sixteen lines of a plane, y = 16 k to 16 k + 15, in the tree ((0 + 8) + (4 +
+// 12)) + ...; and such sixteens in ascending order of y, then z.
 //
 // The loop is linear/'s (common/linear/conjugate_gradients.h). It works in Real. The pressure is a sum in double, from
 // which the loop refreshes its residual.

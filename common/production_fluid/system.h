@@ -33,8 +33,8 @@ struct Run {
 //
 //   diagonal(c) q(c) - sum of q(n) over liquid neighbours n = right(c)
 //
-// Arrays are bordered; diagonal is > 0 in the cells that have a row, and 0 elsewhere, as right is. `air` is 1 in cells of
-// air, which have no row, and 0 elsewhere.
+// Arrays are bordered; diagonal is > 0 in the cells that have a row, and 0 elsewhere, as right is. `air` is 1 in cells
+// of air, which have no row, and 0 elsewhere.
 template <class Real>
 struct System {
   Bordered cells;

@@ -1,9 +1,9 @@
 // Solves the system of the pressure by conjugate gradients with a V-cycle of multigrid.
 //
-// The algorithm and its serial form stand in serial/production_fluid/multigrid.cpp. Every operation takes sixteen places
-// that stand side by side, and threads share the places. Jacobi's iteration, residuals and transfers read one array and
-// write another. In the band, cells of a colour read the other colour alone: lanes of the other colour are masked out,
-// and loads do not touch them.
+// The algorithm and its serial form stand in serial/production_fluid/multigrid.cpp. Every operation takes sixteen
+// places that stand side by side, and threads share the places. Jacobi's iteration, residuals and transfers read one
+// array and write another. In the band, cells of a colour read the other colour alone: lanes of other cells are masked
+// out, and loads do not touch what they would read.
 //
 // The contract stands in common/production_fluid/multigrid.h.
 #include "common/production_fluid/multigrid.h"
@@ -116,7 +116,7 @@ void smooth_band(Level& level, std::span<const Real> right, int first_colour) {
   const std::ptrdiff_t count = std::ssize(level.band);
 #pragma omp parallel if (is_shared(level))
   for (int half = 0; half < 2 * level.passes; ++half)
-    // Cells of a colour read the other colour alone. The barrier at the end makes them visible to it.
+  // Cells of a colour read the other colour alone. The barrier at the end makes them visible to it.
 #pragma omp for schedule(static)
     for (std::ptrdiff_t k = 0; k < count; ++k) {
       const Patch& patch = level.band[k];
@@ -160,8 +160,8 @@ void restrict_residual(const Level& fine, Level& coarse) {
     const Real* from[4][4];
     for (int j = 0; j < 4; ++j)
       for (int k = 0; k < 4; ++k)
-        from[j][k] = &fine.residual[fine.cells.index(0, fine_place(2 * line.y - 1 + j, ny),
-                                                     fine_place(2 * line.z - 1 + k, nz))];
+        from[j][k] =
+            &fine.residual[fine.cells.index(0, fine_place(2 * line.y - 1 + j, ny), fine_place(2 * line.z - 1 + k, nz))];
     for (int x = std::max(0, 2 * line.begin - 1); x < std::min(nx, 2 * line.end + 1); x += lanes) {
       floatv along_z[4];
       for (int j = 0; j < 4; ++j)

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstdint>
 #include <cstring>
 #include <vector>
 
@@ -18,8 +19,8 @@
 
 namespace lockstep::production_fluid::openmp {
 
-// Places of vectors, begin to end - lanes, of a block whose sum a dot product takes; from the first that has a row to the
-// last.
+// Places of vectors, begin to end - lanes, of a block whose sum a dot product takes: from the first vector that has a
+// row to the last.
 struct Part {
   std::ptrdiff_t begin, end;
 };
@@ -51,13 +52,14 @@ struct Level {
 
 // Threads share the work of grids with at least as many parts. On smaller ones to meet would take longer.
 inline constexpr std::ptrdiff_t parts_to_share = 16;
-inline bool is_shared(const Level& level) { return std::ssize(level.parts) >= parts_to_share; }
+inline bool is_shared(const std::vector<Part>& parts) { return std::ssize(parts) >= parts_to_share; }
+inline bool is_shared(const Level& level) { return is_shared(level.parts); }
 
 // Calls f(y, z) for each line.
 template <class F>
 void for_each_line(const Bordered& cells, const F& f) {
   // What f writes belongs to its line.
-#pragma omp parallel for collapse(2) schedule(static) if (cells.ny * cells.nz >= 1024)
+#pragma omp parallel for collapse(2) schedule(static) if (cells.size() >= parts_to_share * linear::dot_block)
   for (int z = 0; z < cells.nz; ++z)
     for (int y = 0; y < cells.ny; ++y) f(y, z);
 }
@@ -128,7 +130,7 @@ inline std::vector<Part> find_parts(const Array<float>& diagonal) {
   std::vector<Part> parts((vectors + of_block - 1) / of_block);
   const auto has_row = [&](std::ptrdiff_t vector) { return any(load(&diagonal[vector * lanes]) > 0.f); };
   // A block writes its own part.
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (is_shared(parts))
   for (std::ptrdiff_t k = 0; k < std::ssize(parts); ++k) {
     std::ptrdiff_t begin = k * of_block, end = std::min(begin + of_block, vectors);
     while (begin < end && !has_row(begin)) ++begin;
@@ -167,12 +169,12 @@ inline std::vector<Patch> find_patches(const std::vector<Part>& parts, const Arr
   const std::ptrdiff_t count = std::ssize(parts);
   std::vector<std::ptrdiff_t> first(count + 1);
   // A part writes its own number of patches.
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (is_shared(parts))
   for (std::ptrdiff_t k = 0; k < count; ++k) for_each_patch(parts[k], [&](const Patch&) { ++first[k + 1]; });
   for (std::ptrdiff_t k = 0; k < count; ++k) first[k + 1] += first[k];
   std::vector<Patch> patches(first[count]);
   // A part writes its own patches.
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (is_shared(parts))
   for (std::ptrdiff_t k = 0; k < count; ++k) {
     Patch* to = patches.data() + first[k];
     for_each_patch(parts[k], [&](const Patch& patch) { *to++ = patch; });
@@ -188,8 +190,8 @@ inline void make_level(const Kinds& kinds, const Array<float>& diagonal, Level& 
   level.lines = find_lines(kinds.cells, diagonal);
   level.band = find_patches(level.parts, find_band(kinds, diagonal));
   for (Array<float>* array : {&level.inverse, &level.guess, &level.residual}) array->resize(diagonal.size());
-  // A part writes its own places.
-#pragma omp parallel for schedule(static)
+    // A part writes its own places.
+#pragma omp parallel for schedule(static) if (is_shared(level))
   for (std::ptrdiff_t k = 0; k < std::ssize(level.parts); ++k)
     for (std::ptrdiff_t i = level.parts[k].begin; i < level.parts[k].end; i += lanes) {
       const floatv d = load(&diagonal[i]);

@@ -144,9 +144,8 @@ void smooth_band(Level& level, std::span<const Real> right, int first_colour) {
 }
 
 void smooth(const Level& level, std::span<const Real> right, std::span<Real> z) {
-  for_each_place(level.cells, [&](std::size_t i) {
-    z[i] = jacobi(level.guess[i], solve_row(level, right, level.guess, i));
-  });
+  for_each_place(level.cells,
+                 [&](std::size_t i) { z[i] = jacobi(level.guess[i], solve_row(level, right, level.guess, i)); });
 }
 
 void find_residual(Level& level, std::span<const Real> right) {
@@ -168,11 +167,12 @@ void restrict_residual(const Level& fine, Level& coarse) {
           return restricted(f(fine_place(first, n)), f(fine_place(first + 1, n)), f(fine_place(first + 2, n)),
                             f(fine_place(first + 3, n)));
         };
-        coarse.right[i] = Real(restriction_scale) * of_four(2 * x - 1, nx, [&](int fx) {
-          return of_four(2 * y - 1, ny, [&](int fy) {
-            return of_four(2 * z - 1, nz, [&](int fz) { return fine.residual[fine.cells.index(fx, fy, fz)]; });
-          });
-        });
+        coarse.right[i] =
+            Real(restriction_scale) * of_four(2 * x - 1, nx, [&](int fx) {
+              return of_four(2 * y - 1, ny, [&](int fy) {
+                return of_four(2 * z - 1, nz, [&](int fz) { return fine.residual[fine.cells.index(fx, fy, fz)]; });
+              });
+            });
       }
 }
 
@@ -187,11 +187,12 @@ void add_correction(const Level& coarse, Level& fine) {
         const auto of_two = [](int fine, int n, const auto& f) {
           return interpolated(f(fine / 2), f(next_place(fine, n)));
         };
-        fine.guess[i] += Real(interpolation_scale) * of_two(x, nx, [&](int cx) {
-          return of_two(y, ny, [&](int cy) {
-            return of_two(z, nz, [&](int cz) { return coarse.solution[coarse.cells.index(cx, cy, cz)]; });
-          });
-        });
+        fine.guess[i] +=
+            Real(interpolation_scale) * of_two(x, nx, [&](int cx) {
+              return of_two(y, ny, [&](int cy) {
+                return of_two(z, nz, [&](int cz) { return coarse.solution[coarse.cells.index(cx, cy, cz)]; });
+              });
+            });
       }
 }
 
