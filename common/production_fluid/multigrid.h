@@ -18,8 +18,9 @@
 //                     Jacobi: z += damping ((r + sum of z over neighbours) / diagonal - z)
 //
 // Transfers. P interpolates: a child takes 3/4 of its parent's value and 1/4 of the next cell's on its side, axis after
-// axis. Beyond a wall, the next cell is the parent itself. R is half of P's transpose: weights (1 3 3 1) / 8 an axis,
-// and 4 because coarse cells are twice as long and rows have the unit 1 / length^2.
+// axis. Beyond a wall, the next cell is the parent itself. R is P's transpose but for a factor, so that along an axis it
+// takes a mean, with weights (1 3 3 1) / 8; times 4, because coarse cells are twice as long and rows have the unit
+// 1 / length^2. An axis of one cell stays as it is.
 //
 // The second half of a cycle mirrors the first. So z is linear in r, and the map is symmetric, and positive definite on
 // the cells that have rows (notes/production_fluid.md).
@@ -60,11 +61,11 @@ inline constexpr float jacobi_damping = 6.f / 7;
 
 // --- What is in a cell
 
-// A coarse cell has the greatest kind of its children. Beyond the box are walls, and air above an open top.
-enum Kind : std::uint8_t { wall, solid, liquid, air };
-
-// The kinds of a grid, with a layer of cells around it. An array of the same size may hold something else of each cell.
+// The kinds of a grid's cells, with a layer of cells around them: beyond the box are walls, and air above an open top. A
+// coarse cell has the greatest kind of its children. An array of the same size may hold something else of each cell.
 struct Kinds {
+  enum : std::uint8_t { wall, solid, liquid, air };
+
   Bordered cells;
   bool open_top = false;
   Array<std::uint8_t> value;
@@ -80,9 +81,9 @@ struct Kinds {
 // All walls, but for the air above an open top.
 inline Kinds make_kinds(const Bordered& cells, bool open_top) {
   Kinds kinds = {cells, open_top, {}};
-  kinds.value.assign(kinds.size(), wall);
+  kinds.value.assign(kinds.size(), Kinds::wall);
   for (int z = 0; z < cells.nz && open_top; ++z)
-    std::fill_n(&kinds.value[kinds.index(0, cells.ny, z)], cells.nx, std::uint8_t(air));
+    std::fill_n(&kinds.value[kinds.index(0, cells.ny, z)], cells.nx, std::uint8_t(Kinds::air));
   return kinds;
 }
 
@@ -90,7 +91,9 @@ inline Bordered coarser(const Bordered& cells) { return {(cells.nx + 1) / 2, (ce
 inline bool is_coarsest(const Bordered& cells) { return std::max({cells.nx, cells.ny, cells.nz}) <= coarsest_cells; }
 
 // Of a cell on the finest grid. Liquid without an open face has no row, and counts as solid.
-inline std::uint8_t kind_of(bool has_row, std::uint8_t is_air) { return has_row ? liquid : is_air ? air : solid; }
+inline std::uint8_t kind_of(bool has_row, std::uint8_t is_air) {
+  return has_row ? Kinds::liquid : is_air ? Kinds::air : Kinds::solid;
+}
 
 inline std::uint8_t greater(std::uint8_t a, std::uint8_t b) { return a > b ? a : b; }
 
@@ -103,14 +106,15 @@ inline std::uint8_t kind_of_parent(const std::uint8_t* at, std::ptrdiff_t line, 
 
 // The diagonal of a coarse cell's row, 0 if it has none.
 inline int row_of(const std::uint8_t* at, std::ptrdiff_t line, std::ptrdiff_t plane) {
-  const auto open = [&](std::ptrdiff_t to) { return int(at[to] >= liquid); };
-  return at[0] == liquid ? open(-1) + open(1) + open(-line) + open(line) + open(-plane) + open(plane) : 0;
+  const auto open = [&](std::ptrdiff_t to) { return int(at[to] >= Kinds::liquid); };
+  return at[0] == Kinds::liquid ? open(-1) + open(1) + open(-line) + open(line) + open(-plane) + open(plane) : 0;
 }
 
 // Whether a cell has a boundary beside it.
 inline std::uint8_t is_beside_boundary(const std::uint8_t* at, std::ptrdiff_t line, std::ptrdiff_t plane) {
-  const auto bounds = [&](std::ptrdiff_t to) { return (at[to] == solid) | (at[to] == air); };
-  return (at[0] == liquid) & (bounds(-1) | bounds(1) | bounds(-line) | bounds(line) | bounds(-plane) | bounds(plane));
+  const auto bounds = [&](std::ptrdiff_t to) { return (at[to] == Kinds::solid) | (at[to] == Kinds::air); };
+  return (at[0] == Kinds::liquid) &
+         (bounds(-1) | bounds(1) | bounds(-line) | bounds(line) | bounds(-plane) | bounds(plane));
 }
 
 // Whether a liquid cell is in the band, given which cells are beside a boundary.
@@ -140,7 +144,10 @@ template <class Number>
 inline Number restricted(const Number& a, const Number& b, const Number& c, const Number& d) {
   return (a + d) + Number(3) * (b + c);
 }
-inline constexpr float restriction_scale = 4.f / (8 * 8 * 8);
+inline float restriction_scale(const Bordered& fine) {
+  const auto of_axis = [](int n) { return n == 1 ? 1.f / 4 : 1.f / 8; };
+  return 4 * of_axis(fine.nx) * of_axis(fine.ny) * of_axis(fine.nz);
+}
 
 // P along an axis, but for the scale.
 template <class Number>

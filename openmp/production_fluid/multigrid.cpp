@@ -156,6 +156,7 @@ void for_each_line(const Level& level, int n, const F& f) {
 // The coarser grid's right-hand side: along z, then along y, then along x.
 void restrict_residual(const Level& fine, Level& coarse) {
   const auto [nx, ny, nz] = fine.cells;
+  const Real scale = restriction_scale(fine.cells);
   for_each_line(coarse, nx, [&](const Span& line, Real* of_line) {
     const Real* from[4][4];
     for (int j = 0; j < 4; ++j)
@@ -177,7 +178,7 @@ void restrict_residual(const Level& fine, Level& coarse) {
 #pragma omp simd
     for (int x = line.begin; x < line.end; ++x) {
       const Real* const at = of_line + 2 * x;
-      right[x] = select(diagonal[x] > 0, restriction_scale * restricted(at[-1], at[0], at[1], at[2]), 0.f);
+      right[x] = select(diagonal[x] > 0, scale * restricted(at[-1], at[0], at[1], at[2]), 0.f);
     }
   });
 }

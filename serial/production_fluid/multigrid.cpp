@@ -158,6 +158,7 @@ void find_residual(Level& level, std::span<const Real> right) {
 // The coarser grid's right-hand side: along z, then along y, then along x.
 void restrict_residual(const Level& fine, Level& coarse) {
   const auto [nx, ny, nz] = fine.cells;
+  const Real scale = restriction_scale(fine.cells);
   for (int z = 0; z < coarse.cells.nz; ++z)
     for (int y = 0; y < coarse.cells.ny; ++y)
       for (int x = 0; x < coarse.cells.nx; ++x) {
@@ -168,7 +169,7 @@ void restrict_residual(const Level& fine, Level& coarse) {
                             f(fine_place(first + 3, n)));
         };
         coarse.right[i] =
-            Real(restriction_scale) * of_four(2 * x - 1, nx, [&](int fx) {
+            scale * of_four(2 * x - 1, nx, [&](int fx) {
               return of_four(2 * y - 1, ny, [&](int fy) {
                 return of_four(2 * z - 1, nz, [&](int fz) { return fine.residual[fine.cells.index(fx, fy, fz)]; });
               });
