@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
-#include <Eigen/Dense>
 #include <cmath>
+#include <eigen3/Eigen/Dense>
 #include <random>
 
 #include "common/convert.h"

@@ -128,7 +128,7 @@ TEST(ProductionFluidPressure, SolvesPockets) {
     const Eigen::VectorXd b = taken(system.right, matrix.place);
     // obstacle_48, which is larger and has air, takes as many iterations.
     for (const auto& [solve, iterations] :
-         {std::pair(openmp::pressure_solve_mic, 45), {openmp::pressure_solve_multigrid, 13}}) {
+         {std::pair(&openmp::pressure_solve_mic, 45), {&openmp::pressure_solve_multigrid, 13}}) {
       Array<double> q;
       const linear::Solution s = solve(system, settings, q);
       const Eigen::VectorXd x = taken(q, matrix.place);

@@ -33,6 +33,8 @@ void make_line(const Fluid<Real>& fluid, const Lines<Real>& lines, int y, int z,
   const auto& [u, v, w] = fluid.velocity;
   const Line<Real> here = lines(y, z), low_y = lines(y - 1, z), high_y = lines(y + 1, z), low_z = lines(y, z - 1),
                    high_z = lines(y, z + 1);
+#pragma omp simd
+  for (int x = 0; x < fluid.nx; ++x) air[x] = is_air(here.phi[x], here.solid[x]);
   for (int x = 0; x < fluid.nx; x += lanes) {
     const maskv in_box = first_lanes(fluid.nx - x);
     const floatv phi = load(&here.phi[x]);
@@ -50,8 +52,6 @@ void make_line(const Fluid<Real>& fluid, const Lines<Real>& lines, int y, int z,
     store(&right[x], select(liquid, row.right, 0.f), in_box);
   }
   diagonal[fluid.nx] = right[fluid.nx] = 0;
-#pragma omp simd
-  for (int x = 0; x < fluid.nx; ++x) air[x] = is_air(here.phi[x], here.solid[x]);
   air[fluid.nx] = 0;
 }
 

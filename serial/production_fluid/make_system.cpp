@@ -22,11 +22,13 @@ void make_rows(const Fluid<Real>& fluid, System<Real>& system) {
   const auto& [u, v, w] = fluid.velocity;
   for (int z = 0; z < fluid.nz; ++z)
     for (int y = 0; y < fluid.ny; ++y) {
+      const std::size_t first = system.cells.index(0, y, z);
+      std::uint8_t* const air = &system.air[first];
       const Line<Real> here = lines(y, z), low_y = lines(y - 1, z), high_y = lines(y + 1, z), low_z = lines(y, z - 1),
                        high_z = lines(y, z + 1);
       for (int x = 0; x < fluid.nx; ++x) {
+        air[x] = is_air(here.phi[x], here.solid[x]);
         const Real phi = here.phi[x];
-        system.air[system.cells.index(x, y, z)] = is_air(phi, here.solid[x]);
         if (!is_liquid(phi, here.solid[x])) continue;
         Row<Real> row;
         add_face(phi, here.phi[x - 1], here.solid[x - 1], u(x, y, z), row);
@@ -35,8 +37,8 @@ void make_rows(const Fluid<Real>& fluid, System<Real>& system) {
         add_face(phi, high_y.phi[x], high_y.solid[x], -v(x, y + 1, z), row);
         add_face(phi, low_z.phi[x], low_z.solid[x], w(x, y, z), row);
         add_face(phi, high_z.phi[x], high_z.solid[x], -w(x, y, z + 1), row);
-        system.diagonal[system.cells.index(x, y, z)] = row.diagonal;
-        system.right[system.cells.index(x, y, z)] = row.right;
+        system.diagonal[first + x] = row.diagonal;
+        system.right[first + x] = row.right;
       }
     }
 }
