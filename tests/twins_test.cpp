@@ -53,7 +53,7 @@ const std::map<std::string, int> floors = {
     {"production_fluid/correct_level_set", 60},
     {"production_fluid/extend_level_set", 60},
     {"production_fluid/extrapolate", 58},
-    {"production_fluid/make_system", 81},
+    {"production_fluid/make_system", 82},
     {"production_fluid/multigrid", 56},
     {"production_fluid/pressure_solve", 58},
     {"production_fluid/project", 96},

@@ -155,7 +155,7 @@ void for_each_line(const Level& level, int n, const F& f) {
 
 // The coarser grid's right-hand side: along z, then along y, then along x.
 void restrict_residual(const Level& fine, Level& coarse) {
-  const auto [nx, ny, nz] = fine.cells;
+  const int nx = fine.cells.nx, ny = fine.cells.ny, nz = fine.cells.nz;
   const Real scale = restriction_scale(fine.cells);
   for_each_line(coarse, nx, [&](const Span& line, Real* of_line) {
     const Real* from[4][4];
@@ -185,7 +185,7 @@ void restrict_residual(const Level& fine, Level& coarse) {
 
 // Adds the coarser grid's correction: along z, then along y, then along x.
 void add_correction(const Level& coarse, Level& fine) {
-  const auto [nx, ny, nz] = coarse.cells;
+  const int nx = coarse.cells.nx, ny = coarse.cells.ny, nz = coarse.cells.nz;
   for_each_line(fine, nx, [&](const Span& line, Real* of_line) {
     const int y[2] = {line.y / 2, next_place(line.y, ny)}, z[2] = {line.z / 2, next_place(line.z, nz)};
     const Real* from[2][2];

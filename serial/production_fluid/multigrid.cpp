@@ -157,7 +157,7 @@ void find_residual(Level& level, std::span<const Real> right) {
 
 // The coarser grid's right-hand side: along z, then along y, then along x.
 void restrict_residual(const Level& fine, Level& coarse) {
-  const auto [nx, ny, nz] = fine.cells;
+  const int nx = fine.cells.nx, ny = fine.cells.ny, nz = fine.cells.nz;
   const Real scale = restriction_scale(fine.cells);
   for (int z = 0; z < coarse.cells.nz; ++z)
     for (int y = 0; y < coarse.cells.ny; ++y)
@@ -179,7 +179,7 @@ void restrict_residual(const Level& fine, Level& coarse) {
 
 // Adds the coarser grid's correction: along z, then along y, then along x.
 void add_correction(const Level& coarse, Level& fine) {
-  const auto [nx, ny, nz] = coarse.cells;
+  const int nx = coarse.cells.nx, ny = coarse.cells.ny, nz = coarse.cells.nz;
   for (int z = 0; z < fine.cells.nz; ++z)
     for (int y = 0; y < fine.cells.ny; ++y)
       for (int x = 0; x < fine.cells.nx; ++x) {
