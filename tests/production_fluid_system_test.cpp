@@ -133,6 +133,19 @@ TEST(ProductionFluidSystem, IsSymmetricAndSumsUpToTheAir) {
   }
 }
 
+TEST(ProductionFluidSystem, SaysWhereAirIs) {
+  for (int seed = 0; seed < 4; ++seed) {
+    const Fluid<float> fluid = make_random(5, 4, 3, seed);
+    const System<float> system = system_of(fluid);
+    EXPECT_EQ(system.open_top, fluid.open_top);
+    Array<std::uint8_t> expected(system.cells.size());
+    for_each_place(fluid.phi, [&](int x, int y, int z) {
+      expected[system.cells.index(x, y, z)] = cell_at(fluid, x, y, z) == Kind::air;
+    });
+    EXPECT_EQ(system.air, expected);
+  }
+}
+
 TEST(ProductionFluidSystem, OpenmpHasTheSerialBits) {
   const int before = omp_get_max_threads();
   int seed = 0;
@@ -145,6 +158,7 @@ TEST(ProductionFluidSystem, OpenmpHasTheSerialBits) {
         System<float> openmp = system_of(make_random(5, 4, 3, 9));  // of another size, which must leave no trace
         openmp::make_system(fluid, openmp);
         EXPECT_EQ(verify::hash_of(openmp), verify::hash_of(serial)) << nx << 'x' << ny << 'x' << nz;
+        EXPECT_EQ(openmp.open_top, serial.open_top);
       }
     }
   omp_set_num_threads(before);
