@@ -90,20 +90,14 @@ LOCKSTEP_INLINE floatv row_times(const Level& level, const Real* x, std::size_t 
                  load(at - plane), load(at + plane));
 }
 
-// What solves the rows of active lanes for their z.
+// What solves rows for their own z. load_beside loads neighbours.
+template <class LoadBeside>
 LOCKSTEP_INLINE floatv solve_row(const Level& level, std::span<const Real> right, const Array<Real>& z, std::size_t i,
-                                 maskv active) {
+                                 const LoadBeside& load_beside) {
   const std::ptrdiff_t line = level.cells.line(), plane = level.cells.plane();
   const Real* const at = &z[i];
-  return gauss_seidel(load(&level.inverse[i]), load(&right[i]), load(at - 1, active), load(at + 1, active),
-                      load(at - line, active), load(at + line, active), load(at - plane, active),
-                      load(at + plane, active));
-}
-LOCKSTEP_INLINE floatv solve_row(const Level& level, std::span<const Real> right, const Array<Real>& z, std::size_t i) {
-  const std::ptrdiff_t line = level.cells.line(), plane = level.cells.plane();
-  const Real* const at = &z[i];
-  return gauss_seidel(load(&level.inverse[i]), load(&right[i]), load(at - 1), load(at + 1), load(at - line),
-                      load(at + line), load(at - plane), load(at + plane));
+  return gauss_seidel(load(&level.inverse[i]), load(&right[i]), load_beside(at - 1), load_beside(at + 1),
+                      load_beside(at - line), load_beside(at + line), load_beside(at - plane), load_beside(at + plane));
 }
 
 void first_guess(Level& level, std::span<const Real> right) {
@@ -115,27 +109,30 @@ void first_guess(Level& level, std::span<const Real> right) {
 void smooth_band(Level& level, std::span<const Real> right, int first_colour) {
   const std::ptrdiff_t count = std::ssize(level.band);
 #pragma omp parallel if (is_shared(level))
-  for (int half = 0; half < 2 * level.passes; ++half)
-  // Cells of a colour read the other colour alone. The barrier at the end makes them visible to it.
+  for (int half = 0; half < 2 * level.passes; ++half) {
+    // Cells of a colour read the other colour alone. The barrier at the end makes them visible to it.
 #pragma omp for schedule(static)
     for (std::ptrdiff_t k = 0; k < count; ++k) {
       const Patch& patch = level.band[k];
       const maskv active = lanes_of(patch.of_colour[(first_colour + half) % 2]);
       const std::size_t i = static_cast<std::size_t>(patch.vector) * lanes;
-      store(&level.guess[i], solve_row(level, right, level.guess, i, active), active);
+      const auto load_active = [&](const Real* p) { return load(p, active); };
+      store(&level.guess[i], solve_row(level, right, level.guess, i, load_active), active);
     }
+  }
 }
 
 void smooth(const Level& level, std::span<const Real> right, std::span<Real> z) {
+  const auto load_all = [](const Real* p) { return load(p); };
   for_each_place(level, [&](std::size_t i) {
-    store(&z[i], jacobi(load(&level.guess[i]), solve_row(level, right, level.guess, i)));
+    store(&z[i], jacobi(load(&level.guess[i]), solve_row(level, right, level.guess, i, load_all)));
   });
 }
 
-void find_residual(Level& level, std::span<const Real> right) {
+void find_residual(const Level& level, std::span<const Real> right, std::span<Real> residual) {
   for_each_place(level, [&](std::size_t i) {
     const floatv rest = load(&right[i]) - row_times(level, level.guess.data(), i);
-    store(&level.residual[i], select(load(&(*level.diagonal)[i]) > 0.f, rest, 0.f));
+    store(&residual[i], select(load(&(*level.diagonal)[i]) > 0.f, rest, 0.f));
   });
 }
 
@@ -154,7 +151,7 @@ void for_each_line(const Level& level, int n, const F& f) {
 }
 
 // The coarser grid's right-hand side: along z, then along y, then along x.
-void restrict_residual(const Level& fine, Level& coarse) {
+void restrict_residual(const Level& fine, std::span<const Real> residual, Level& coarse) {
   const int nx = fine.cells.nx, ny = fine.cells.ny, nz = fine.cells.nz;
   const Real scale = restriction_scale(fine.cells);
   for_each_line(coarse, nx, [&](const Span& line, Real* of_line) {
@@ -162,7 +159,7 @@ void restrict_residual(const Level& fine, Level& coarse) {
     for (int j = 0; j < 4; ++j)
       for (int k = 0; k < 4; ++k)
         from[j][k] =
-            &fine.residual[fine.cells.index(0, fine_place(2 * line.y - 1 + j, ny), fine_place(2 * line.z - 1 + k, nz))];
+            &residual[fine.cells.index(0, fine_place(2 * line.y - 1 + j, ny), fine_place(2 * line.z - 1 + k, nz))];
     for (int x = std::max(0, 2 * line.begin - 1); x < std::min(nx, 2 * line.end + 1); x += lanes) {
       floatv along_z[4];
       for (int j = 0; j < 4; ++j)
@@ -215,15 +212,15 @@ void add_correction(const Level& coarse, Level& fine) {
   });
 }
 
-// z = M^-1 r on a level.
+// z = M^-1 r on a level. Until z is known, it holds the residual.
 void cycle(std::vector<Level>& levels, std::size_t of, std::span<const Real> r, std::span<Real> z) {
   Level& level = levels[of];
   first_guess(level, r);
   smooth_band(level, r, 0);
   if (of + 1 < levels.size()) {
     Level& coarse = levels[of + 1];
-    find_residual(level, r);
-    restrict_residual(level, coarse);
+    find_residual(level, r, z);
+    restrict_residual(level, z, coarse);
     cycle(levels, of + 1, coarse.right, coarse.solution);
     add_correction(coarse, level);
   }

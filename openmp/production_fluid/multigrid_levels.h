@@ -45,7 +45,7 @@ struct Level {
   std::vector<Patch> band;
   int passes;                    // over the band
   Array<float> right, solution;  // of a coarse grid
-  Array<float> guess, residual;
+  Array<float> guess;
 
   Array<float> rows;  // the diagonal of a coarse grid
 };
@@ -189,7 +189,7 @@ inline void make_level(const Kinds& kinds, const Array<float>& diagonal, Level& 
   level.parts = find_parts(diagonal);
   level.lines = find_lines(kinds.cells, diagonal);
   level.band = find_patches(level.parts, find_band(kinds, diagonal));
-  for (Array<float>* array : {&level.inverse, &level.guess, &level.residual}) array->resize(diagonal.size());
+  for (Array<float>* array : {&level.inverse, &level.guess}) array->resize(diagonal.size());
     // A part writes its own places.
 #pragma omp parallel for schedule(static) if (is_shared(level))
   for (std::ptrdiff_t k = 0; k < std::ssize(level.parts); ++k)

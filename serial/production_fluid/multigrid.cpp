@@ -27,7 +27,7 @@ struct Level {
   std::vector<std::size_t> band[2];  // where its cells stand, by colour
   int passes;                        // over the band
   Array<Real> right, solution;       // of a coarse grid
-  Array<Real> guess, residual;
+  Array<Real> guess;
 };
 
 // --- The levels
@@ -93,8 +93,7 @@ Level make_level(const Kinds& kinds, const Array<Real>& diagonal) {
   level.inverse.resize(diagonal.size());
   for (std::size_t i = 0; i < diagonal.size(); ++i) level.inverse[i] = diagonal[i] > 0 ? 1 / diagonal[i] : 0;
   find_band(kinds, level);
-  for (Array<Real>* array : {&level.right, &level.solution, &level.guess, &level.residual})
-    array->resize(diagonal.size());
+  for (Array<Real>* array : {&level.right, &level.solution, &level.guess}) array->resize(diagonal.size());
   return level;
 }
 
@@ -148,15 +147,15 @@ void smooth(const Level& level, std::span<const Real> right, std::span<Real> z) 
                  [&](std::size_t i) { z[i] = jacobi(level.guess[i], solve_row(level, right, level.guess, i)); });
 }
 
-void find_residual(Level& level, std::span<const Real> right) {
+void find_residual(const Level& level, std::span<const Real> right, std::span<Real> residual) {
   for_each_place(level.cells, [&](std::size_t i) {
     const Real rest = right[i] - row_times(level.cells, level.diagonal, level.guess.data(), i);
-    level.residual[i] = level.diagonal[i] > 0 ? rest : 0;
+    residual[i] = level.diagonal[i] > 0 ? rest : 0;
   });
 }
 
 // The coarser grid's right-hand side: along z, then along y, then along x.
-void restrict_residual(const Level& fine, Level& coarse) {
+void restrict_residual(const Level& fine, std::span<const Real> residual, Level& coarse) {
   const int nx = fine.cells.nx, ny = fine.cells.ny, nz = fine.cells.nz;
   const Real scale = restriction_scale(fine.cells);
   for (int z = 0; z < coarse.cells.nz; ++z)
@@ -171,7 +170,7 @@ void restrict_residual(const Level& fine, Level& coarse) {
         coarse.right[i] =
             scale * of_four(2 * x - 1, nx, [&](int fx) {
               return of_four(2 * y - 1, ny, [&](int fy) {
-                return of_four(2 * z - 1, nz, [&](int fz) { return fine.residual[fine.cells.index(fx, fy, fz)]; });
+                return of_four(2 * z - 1, nz, [&](int fz) { return residual[fine.cells.index(fx, fy, fz)]; });
               });
             });
       }
@@ -197,15 +196,15 @@ void add_correction(const Level& coarse, Level& fine) {
       }
 }
 
-// z = M^-1 r on a level.
+// z = M^-1 r on a level. Until z is known, it holds the residual.
 void cycle(std::vector<Level>& levels, std::size_t of, std::span<const Real> r, std::span<Real> z) {
   Level& level = levels[of];
   first_guess(level, r);
   smooth_band(level, r, 0);
   if (of + 1 < levels.size()) {
     Level& coarse = levels[of + 1];
-    find_residual(level, r);
-    restrict_residual(level, coarse);
+    find_residual(level, r, z);
+    restrict_residual(level, z, coarse);
     cycle(levels, of + 1, coarse.right, coarse.solution);
     add_correction(coarse, level);
   }
