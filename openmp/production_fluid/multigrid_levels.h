@@ -64,15 +64,18 @@ void for_each_line(const Bordered& cells, const F& f) {
     for (int y = 0; y < cells.ny; ++y) f(y, z);
 }
 
+// In the loops below, bounds and strides are copied: a byte that is written might be part of what a reference names, and
+// the loop would stay scalar.
 inline Kinds finest_kinds(const System<float>& system) {
   Kinds kinds = make_kinds(system.cells, system.open_top);
   for_each_line(kinds.cells, [&](int y, int z) {
+    const int nx = kinds.cells.nx;
     const std::size_t i = system.cells.index(0, y, z);
     std::uint8_t* const kind = &kinds.value[kinds.index(0, y, z)];
     const float* const diagonal = &system.diagonal[i];
     const std::uint8_t* const is_air = &system.air[i];
 #pragma omp simd
-    for (int x = 0; x < kinds.cells.nx; ++x) kind[x] = kind_of(diagonal[x] > 0, is_air[x]);
+    for (int x = 0; x < nx; ++x) kind[x] = kind_of(diagonal[x] > 0, is_air[x]);
   });
   return kinds;
 }
@@ -80,10 +83,12 @@ inline Kinds finest_kinds(const System<float>& system) {
 inline Kinds coarser_kinds(const Kinds& fine) {
   Kinds kinds = make_kinds(coarser(fine.cells), fine.open_top);
   for_each_line(kinds.cells, [&](int y, int z) {
+    const int nx = kinds.cells.nx;
+    const std::ptrdiff_t line = fine.line(), plane = fine.plane();
     std::uint8_t* const kind = &kinds.value[kinds.index(0, y, z)];
     const std::uint8_t* const child = &fine.value[fine.index(0, 2 * y, 2 * z)];
 #pragma omp simd
-    for (int x = 0; x < kinds.cells.nx; ++x) kind[x] = kind_of_parent(child + 2 * x, fine.line(), fine.plane());
+    for (int x = 0; x < nx; ++x) kind[x] = kind_of_parent(child + 2 * x, line, plane);
   });
   return kinds;
 }
@@ -91,35 +96,40 @@ inline Kinds coarser_kinds(const Kinds& fine) {
 inline Array<float> coarse_rows(const Kinds& kinds) {
   Array<float> diagonal(kinds.cells.size());
   for_each_line(kinds.cells, [&](int y, int z) {
+    const int nx = kinds.cells.nx;
+    const std::ptrdiff_t line = kinds.line(), plane = kinds.plane();
     float* const row = &diagonal[kinds.cells.index(0, y, z)];
     const std::uint8_t* const kind = &kinds.value[kinds.index(0, y, z)];
 #pragma omp simd
-    for (int x = 0; x < kinds.cells.nx; ++x) row[x] = static_cast<float>(row_of(kind + x, kinds.line(), kinds.plane()));
+    for (int x = 0; x < nx; ++x) row[x] = static_cast<float>(row_of(kind + x, line, plane));
   });
   return diagonal;
 }
 
 // For each place, 0 or, if its cell is in the band, 1 + its colour.
-inline Array<std::uint8_t> find_band(const Kinds& kinds, const Array<float>& diagonal) {
-  const std::ptrdiff_t line = kinds.line(), plane = kinds.plane();
+inline Array<std::uint8_t> find_band(const Kinds& kinds) {
   Array<std::uint8_t> beside(kinds.size()), band(kinds.cells.size());
   for_each_line(kinds.cells, [&](int y, int z) {
+    const int nx = kinds.cells.nx;
+    const std::ptrdiff_t line = kinds.line(), plane = kinds.plane();
     const std::size_t i = kinds.index(0, y, z);
     const std::uint8_t* const kind = &kinds.value[i];
     std::uint8_t* const to = &beside[i];
 #pragma omp simd
-    for (int x = 0; x < kinds.cells.nx; ++x) to[x] = is_beside_boundary(kind + x, line, plane);
+    for (int x = 0; x < nx; ++x) to[x] = is_beside_boundary(kind + x, line, plane);
   });
-  const std::uint8_t all = is_coarsest(kinds.cells);
   for_each_line(kinds.cells, [&](int y, int z) {
-    const std::size_t i = kinds.cells.index(0, y, z);
-    const std::uint8_t* const from = &beside[kinds.index(0, y, z)];
-    const float* const row = &diagonal[i];
-    std::uint8_t* const to = &band[i];
+    const int nx = kinds.cells.nx;
+    const std::ptrdiff_t line = kinds.line(), plane = kinds.plane();
+    const std::uint8_t all = is_coarsest(kinds.cells),
+                       colours[] = {std::uint8_t(1 + colour_of(0, y, z)), std::uint8_t(1 + colour_of(1, y, z))};
+    const std::size_t i = kinds.index(0, y, z);
+    const std::uint8_t *const kind = &kinds.value[i], *const from = &beside[i];
+    std::uint8_t* const to = &band[kinds.cells.index(0, y, z)];
 #pragma omp simd
-    for (int x = 0; x < kinds.cells.nx; ++x) {
-      const std::uint8_t in = (row[x] > 0) & (all | is_in_band(from + x, line, plane));
-      to[x] = static_cast<std::uint8_t>(in * (1 + colour_of(x, y, z)));
+    for (int x = 0; x < nx; ++x) {
+      const std::uint8_t in = (kind[x] == Kinds::liquid) & (all | is_in_band(from + x, line, plane));
+      to[x] = in * (x % 2 == 0 ? colours[0] : colours[1]);
     }
   });
   return band;
@@ -188,7 +198,7 @@ inline void make_level(const Kinds& kinds, const Array<float>& diagonal, Level& 
   level.passes = is_coarsest(kinds.cells) ? coarsest_passes : band_passes;
   level.parts = find_parts(diagonal);
   level.lines = find_lines(kinds.cells, diagonal);
-  level.band = find_patches(level.parts, find_band(kinds, diagonal));
+  level.band = find_patches(level.parts, find_band(kinds));
   for (Array<float>* array : {&level.inverse, &level.guess}) array->resize(diagonal.size());
     // A part writes its own places.
 #pragma omp parallel for schedule(static) if (is_shared(level))

@@ -79,9 +79,9 @@ void find_band(const Kinds& kinds, Level& level) {
   for (int z = 0; z < nz; ++z)
     for (int y = 0; y < ny; ++y)
       for (int x = 0; x < nx; ++x) {
-        const std::size_t i = kinds.cells.index(x, y, z);
-        if (level.diagonal[i] > 0 && (all || is_in_band(&beside[kinds.index(x, y, z)], kinds.line(), kinds.plane())))
-          level.band[colour_of(x, y, z)].push_back(i);
+        const std::size_t i = kinds.index(x, y, z);
+        if (kinds.value[i] == Kinds::liquid && (all || is_in_band(&beside[i], kinds.line(), kinds.plane())))
+          level.band[colour_of(x, y, z)].push_back(kinds.cells.index(x, y, z));
       }
 }
 
