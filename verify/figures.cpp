@@ -1,5 +1,7 @@
 // The data of the figures that `bench` and `scale` do not provide: NAME.json, {"machine": ..., "rows": ...}, for
 // notes/figures.
+#include <omp.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -13,6 +15,7 @@
 #include "common/levelset/fast_sweeping.h"
 #include "common/levelset/initialize.h"
 #include "common/levelset/scene.h"
+#include "common/production_fluid/scene.h"
 #include "common/rigid/batches.h"
 #include "common/rigid/scene.h"
 #include "common/rigid/step.h"
@@ -21,6 +24,7 @@
 #include "verify/cloth/run.h"
 #include "verify/names.h"
 #include "verify/options.h"
+#include "verify/production_fluid/forms.h"
 #include "verify/report.h"
 #include "verify/rigid/run.h"
 #include "verify/scale.h"
@@ -222,6 +226,38 @@ void contact_batches(const FigureOptions& options, const Model& model, RowsOf& r
   }
 }
 
+// Milliseconds of a frame of the production fluid by module, after one that is not timed.
+void production_modules(const FigureOptions& options, const Model&, RowsOf& rows) {
+  using namespace production_fluid;
+  const std::string name = options.quick ? "drop_64" : "drop_128";
+  const Scene scene = load_scene("scenes/production_fluid/" + name + ".toml");
+  Liquid<float> start;
+  start.fluid = scene.fluid;
+  StepMemory<float> memory;
+  serial::start(scene.model, start, memory);
+  openmp::step_multigrid(scene.model, start, memory);
+  const auto frame = [&](const char* variant, const char* form, int threads, Step<float>* step) {
+    progress("production_modules: " + name + ", " + variant + ' ' + form + ", threads " + std::to_string(threads));
+    rows.add({{"scene", name}, {"variant", variant}, {"form", form}, {"threads", threads}}, [&] {
+      omp_set_num_threads(threads);
+      Liquid<float> liquid = start;
+      step(scene.model, liquid, memory);
+      Rows row = {{"cells", scene.fluid.nx * scene.fluid.ny * scene.fluid.nz},
+                  {"particles", liquid.particles.count},
+                  {"substeps", memory.substeps},
+                  {"iterations", memory.iterations}};
+      for (int k = 0; k < int(Module::count); ++k) row[name_of_module[k]] = 1e3 * memory.seconds[k];
+      return row;
+    });
+  };
+  const int most = omp_get_max_threads();
+  for (const LiquidForm& form : liquid_forms) {
+    frame("serial", form.name.c_str(), 1, form.serial);
+    for (int threads = 1; threads <= most; threads *= 2) frame("openmp", form.name.c_str(), threads, form.openmp);
+  }
+  omp_set_num_threads(most);
+}
+
 struct Figure {
   const char* name;
   void (*compute)(const FigureOptions& options, const Model& model, RowsOf& rows);
@@ -230,7 +266,8 @@ struct Figure {
 constexpr Figure all_figures[] = {{"cloth_convergence", cloth_convergence},
                                   {"levelset_blocks", levelset_blocks},
                                   {"levelset_slice", levelset_slice},
-                                  {"contact_batches", contact_batches}};
+                                  {"contact_batches", contact_batches},
+                                  {"production_modules", production_modules}};
 
 }  // namespace
 

@@ -30,6 +30,7 @@ FIGURES = [
     "modules",
     "cloth_convergence",
     "frame_times",
+    "production_modules",
     "sph_locks",
     "roofline",
     "levelset_slice",
