@@ -19,6 +19,7 @@
 // modules that change it are left out; so are spray, which would fly where the given velocity does not go, and the
 // removal of particles, which would make it.
 //
+//   multigrid  redistances by sweeping, solves with multigrid
 //   mic        redistances by sweeping, solves with mic
 //   marching   redistances by marching, solves with mic
 //
@@ -42,12 +43,12 @@ namespace serial {
 Step<float> start;
 Step<double> start;
 
-Step<float> step_mic, step_marching;
-Step<double> step_mic, step_marching;
+Step<float> step_multigrid, step_mic, step_marching;
+Step<double> step_multigrid, step_mic, step_marching;
 }  // namespace serial
 
 namespace openmp {
-Step<float> step_mic, step_marching;
+Step<float> step_multigrid, step_mic, step_marching;
 }  // namespace openmp
 
 inline constexpr int frames_between_reseeding = 20;

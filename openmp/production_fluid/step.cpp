@@ -32,12 +32,18 @@
 namespace lockstep::production_fluid::openmp {
 namespace {
 
+struct Forms {
+  Redistance<Real>* redistance;
+  PressureSolve<Real>* solve;
+};
+
 // Calls done(module) after each module.
 template <class Done>
-void make_incompressible(const Model& model, Fluid<Real>& fluid, StepMemory<Real>& memory, const Done& done) {
+void make_incompressible(const Model& model, PressureSolve<Real>* solve, Fluid<Real>& fluid, StepMemory<Real>& memory,
+                         const Done& done) {
   make_system(fluid, memory.system);
   done(Module::make_system);
-  memory.iterations += pressure_solve_mic(memory.system, model.pressure, memory.q).iterations;
+  memory.iterations += solve(memory.system, model.pressure, memory.q).iterations;
   done(Module::pressure_solve);
   project(fluid, memory.system, memory.q, fluid.velocity);
   done(Module::project);
@@ -59,7 +65,7 @@ void set_velocity(const Faces<Real>& given, Real factor, Faces<Real>& velocity) 
 }
 
 template <class Done>
-void substep(const Model& model, Redistance<Real>* redistance, Real dt, Liquid<Real>& liquid, StepMemory<Real>& memory,
+void substep(const Model& model, const Forms& forms, Real dt, Liquid<Real>& liquid, StepMemory<Real>& memory,
              const Done& done) {
   Fluid<Real>& fluid = liquid.fluid;
   Particles<Real>& particles = liquid.particles;
@@ -90,7 +96,7 @@ void substep(const Model& model, Redistance<Real>* redistance, Real dt, Liquid<R
     done(Module::correct_level_set);
   };
   extend_and_correct();
-  redistance(fluid.phi, Real(band_of_level_set) * fluid.spacing, memory.distances);
+  forms.redistance(fluid.phi, Real(band_of_level_set) * fluid.spacing, memory.distances);
   done(Module::redistance);
   extend_and_correct();
   if (!model.given) {
@@ -101,7 +107,7 @@ void substep(const Model& model, Redistance<Real>* redistance, Real dt, Liquid<R
   adjust_radii(fluid.phi, particles);
   done(Module::adjust_radii);
 
-  if (!model.given) make_incompressible(model, fluid, memory, done);
+  if (!model.given) make_incompressible(model, forms.solve, fluid, memory, done);
 }
 
 void reseed_blocks(const Model& model, int round, Liquid<Real>& liquid, StepMemory<Real>& memory) {
@@ -110,7 +116,7 @@ void reseed_blocks(const Model& model, int round, Liquid<Real>& liquid, StepMemo
   std::swap(liquid.particles, memory.particles);
 }
 
-void step(const Model& model, Redistance<Real>* redistance, Liquid<Real>& liquid, StepMemory<Real>& memory) {
+void step(const Model& model, const Forms& forms, Liquid<Real>& liquid, StepMemory<Real>& memory) {
   Stopwatch stopwatch;
   const auto done = [&](Module module) { memory.seconds[int(module)] += stopwatch.lap(); };
   std::fill(std::begin(memory.seconds), std::end(memory.seconds), 0);
@@ -125,7 +131,7 @@ void step(const Model& model, Redistance<Real>* redistance, Liquid<Real>& liquid
       set_velocity(memory.given, static_cast<Real>(factor), liquid.fluid.velocity);
     }
     done(Module::time_step);
-    substep(model, redistance, static_cast<Real>(dt), liquid, memory, done);
+    substep(model, forms, static_cast<Real>(dt), liquid, memory, done);
   }
   if (++liquid.frames % frames_between_reseeding == 0) {
     reseed_blocks(model, liquid.frames / frames_between_reseeding, liquid, memory);
@@ -135,12 +141,16 @@ void step(const Model& model, Redistance<Real>* redistance, Liquid<Real>& liquid
 
 }  // namespace
 
+void step_multigrid(const Model& model, Liquid<Real>& liquid, StepMemory<Real>& memory) {
+  step(model, {redistance_sweeping, pressure_solve_multigrid}, liquid, memory);
+}
+
 void step_mic(const Model& model, Liquid<Real>& liquid, StepMemory<Real>& memory) {
-  step(model, redistance_sweeping, liquid, memory);
+  step(model, {redistance_sweeping, pressure_solve_mic}, liquid, memory);
 }
 
 void step_marching(const Model& model, Liquid<Real>& liquid, StepMemory<Real>& memory) {
-  step(model, redistance_marching, liquid, memory);
+  step(model, {redistance_marching, pressure_solve_mic}, liquid, memory);
 }
 
 }  // namespace lockstep::production_fluid::openmp

@@ -14,6 +14,7 @@ struct LiquidForm {
 
 // The form that `run` takes unless told otherwise comes first.
 inline const LiquidForm liquid_forms[] = {
+    {"multigrid", production_fluid::serial::step_multigrid, production_fluid::openmp::step_multigrid},
     {"mic", production_fluid::serial::step_mic, production_fluid::openmp::step_mic},
     {"marching", production_fluid::serial::step_marching, production_fluid::openmp::step_marching},
 };

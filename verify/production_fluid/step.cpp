@@ -62,7 +62,7 @@ std::vector<Form> forms() {
 }
 
 const Register step{
-    {.name = "production_fluid/step", .place = 18, .serial_forms = {"mic", "marching"}, .forms = forms()}};
+    {.name = "production_fluid/step", .place = 18, .serial_forms = {"multigrid", "mic", "marching"}, .forms = forms()}};
 
 }  // namespace
 }  // namespace lockstep::verify
