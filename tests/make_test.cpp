@@ -150,7 +150,7 @@ TEST_F(MakeWithTools, NamesThePackagesThatBuildingLacks) {
   };
   const std::string these_headers = "g++ -nostdinc -I " + folder;
   for (const std::string header : {"CLI/CLI.hpp", "nlohmann/json.hpp", "libqhull_r/qhull_ra.h", "eigen3/Eigen/Dense",
-                                   "gtest/gtest.h", "suitesparse/cholmod.h"}) {
+                                   "Random123/philox.h", "gtest/gtest.h", "suitesparse/cholmod.h"}) {
     std::filesystem::create_directories(std::filesystem::path(path(header)).parent_path());
     write_bytes(path(header), "");
   }
