@@ -98,35 +98,47 @@ struct Endurance {
   }
 };
 
-// All scenes of the repository that have more than one step.
-std::vector<std::string> scenes_that_move() {
-  std::vector<std::string> paths;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator("scenes"))
-    if (entry.path().extension() == ".toml" && domain_of_scene(entry.path()).moves) paths.push_back(entry.path());
-  std::ranges::sort(paths);
-  return paths;
+// A scene and how many steps it is to make.
+struct Task {
+  std::string path;
+  int steps;
+};
+
+// All scenes of the repository that have more than one step, or those that their domain chooses.
+std::vector<Task> scenes_that_move(int steps) {
+  std::vector<Task> tasks;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator("scenes")) {
+    if (entry.path().extension() != ".toml") continue;
+    const Domain& domain = domain_of_scene(entry.path());
+    const bool chosen =
+        domain.endure.empty() || std::ranges::find(domain.endure, entry.path().stem().string()) != domain.endure.end();
+    if (domain.moves && chosen) tasks.push_back({entry.path(), std::min(steps, domain.most_steps)});
+  }
+  std::ranges::sort(tasks, {}, &Task::path);
+  return tasks;
 }
 
 }  // namespace
 
 int endure(const EndureOptions& options) {
-  const std::vector<std::string> paths = options.scene.empty() ? scenes_that_move() : std::vector{options.scene};
+  const std::vector<Task> tasks =
+      options.scene.empty() ? scenes_that_move(options.steps) : std::vector<Task>{{options.scene, options.steps}};
   Report report(options.json);
   auto rows = nlohmann::ordered_json::array();
   int passed = 0, refused = 0, failed = 0;
   std::printf("%-28s %-10s %9s %8s %9s %12s %9s  %s\n", "scene", "form", "elements", "steps", "seconds", "bytes",
               "left over", "verdict");
-  for (const std::string& path : paths) {
+  for (const auto& [path, steps] : tasks) {
     RunOptions run;
     run.scene = path;
     const Simulation simulation = make_simulation(run);
     const double start = now();
-    Endurance endurance = {.simulation = simulation, .steps = options.steps};
-    const int again = (options.steps + 19) / 20;
+    Endurance endurance = {.simulation = simulation, .steps = steps};
+    const int again = (steps + 19) / 20;
     try {
       hold_team(omp_get_max_threads(), [&] {
         endurance.go_and_again(again);
-        endurance.go(options.steps - 2 * again);
+        endurance.go(endurance.steps - 2 * again);
         endurance.go_and_again(again);
       });
     } catch (const InputError& error) {

@@ -122,6 +122,8 @@ std::string fault_of_scene(const std::string& path) { return first_not_finite(lo
 const RegisterDomain production_fluid_domain{{.name = "production_fluid",
                                               .simulation = simulation,
                                               .determinism = {"obstacle_48"},
+                                              .endure = {"drop_64"},
+                                              .most_steps = 2000,
                                               .fault_of_scene = fault_of_scene}};
 
 }  // namespace
