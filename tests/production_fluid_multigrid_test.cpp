@@ -90,6 +90,18 @@ TEST(ProductionFluidMultigrid, RestrictionIsTheTransposeOfInterpolation) {
   }
 }
 
+// Lanes load the neighbours of whole vectors, in which the first cell or the last may be one of sixteen. What stood
+// before the array, if it was a NaN, got into the pressure of narrow boxes.
+TEST(ProductionFluidMultigrid, NeighboursOfWholeVectorsAreInTheArray) {
+  for (int nx = 1; nx <= 40; ++nx)
+    for (const auto& [ny, nz] : {std::pair(1, 1), {1, 7}, {7, 1}, {3, 5}}) {
+      const Bordered cells = {nx, ny, nz};
+      const auto vector_of = [&](int x, int y, int z) { return static_cast<int>(cells.index(x, y, z)) / 16 * 16; };
+      EXPECT_GE(vector_of(0, 0, 0) - cells.plane(), 0) << nx << 'x' << ny << 'x' << nz;
+      EXPECT_LE(vector_of(nx - 1, ny - 1, nz - 1) + cells.plane() + 16, cells.size()) << nx << 'x' << ny << 'x' << nz;
+    }
+}
+
 // --- The cycle
 
 TEST(ProductionFluidMultigrid, OfOneCellIsExact) {

@@ -10,17 +10,18 @@
 namespace lockstep::production_fluid {
 
 // Where cells stand in arrays that hold 0 wherever no cell is: one element after each line along x, one line after each
-// plane, one plane before the first and one after the last. So neighbours beyond the box are there, and are 0.
+// plane, one plane before the first and one after the last. So neighbours beyond the box are there, and are 0. There is
+// room for lanes before the first and beyond the last.
 struct Bordered {
   int nx = 0, ny = 0, nz = 0;
 
+  static constexpr std::ptrdiff_t front = 16;
   std::ptrdiff_t line() const { return nx + 1; }
   std::ptrdiff_t plane() const { return line() * (ny + 1); }
   std::size_t index(int x, int y, int z) const {
-    return static_cast<std::size_t>((z + 1) * plane() + (y + 1) * line() + x);
+    return static_cast<std::size_t>(front + (z + 1) * plane() + (y + 1) * line() + x);
   }
-  // With room for lanes beyond the last.
-  std::size_t size() const { return padded(static_cast<std::size_t>(plane() * (nz + 2) + line())); }
+  std::size_t size() const { return padded(static_cast<std::size_t>(front + plane() * (nz + 2) + line())); }
 };
 
 // Cells x = begin .. end - 1 of a line.

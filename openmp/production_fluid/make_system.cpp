@@ -142,9 +142,10 @@ void make_system(const Fluid<Real>& fluid, System<Real>& system) {
   for (int z = -1; z <= fluid.nz; ++z)
     for (int y = -1; y < fluid.ny; ++y) make_line(fluid, lines, y, z, system);
   const std::size_t behind = system.cells.index(0, -1, fluid.nz + 1);
-  std::fill(system.diagonal.begin() + behind, system.diagonal.end(), 0.f);
-  std::fill(system.right.begin() + behind, system.right.end(), 0.f);
-  std::fill(system.air.begin() + behind, system.air.end(), 0);
+  const auto clear_ends = [&](auto& array) {
+    std::fill_n(array.begin(), Bordered::front, 0), std::fill(array.begin() + behind, array.end(), 0);
+  };
+  clear_ends(system.diagonal), clear_ends(system.right), clear_ends(system.air);
   find_runs(system);
   balance_pockets(system);
 }
