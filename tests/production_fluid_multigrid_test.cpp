@@ -2,6 +2,10 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+// As wherever Eigen is included: its functions are one for all files, and with vectors they allocate in another way.
+#ifndef EIGEN_DONT_VECTORIZE
+#define EIGEN_DONT_VECTORIZE
+#endif
 #include <cmath>
 #include <eigen3/Eigen/Dense>
 #include <random>
