@@ -123,7 +123,7 @@ const RegisterDomain production_fluid_domain{{.name = "production_fluid",
                                               .simulation = simulation,
                                               .determinism = {"obstacle_48"},
                                               .endure = {"drop_64"},
-                                              .most_steps = 2000,
+                                              .most_steps = 250,  // some nine substeps each
                                               .fault_of_scene = fault_of_scene}};
 
 }  // namespace

@@ -56,7 +56,8 @@ std::vector<Form> forms() {
                    .make = [&form](const std::string& path) { return make(path, form); },
                    .scenes = {.verify = {"obstacle_48", "one_cell", "two_pockets", "open_top", "enright_32"},
                               .more = {"falling_drop"},
-                              .bench = {"drop_64", "drop_128"},
+                              .bench = form.name == "multigrid" ? std::vector<std::string>{"drop_64", "drop_128"}
+                                                                : std::vector<std::string>{"drop_64"},
                               .tsan = {"obstacle_48"}}});
   return all;
 }
