@@ -44,7 +44,7 @@ FaceState state_of(const Fluid<Real>& fluid, int axis, int x, int y, int z) {
   const Real of_a = a == Kind::closed ? phi(x, y, z) : phi(ax, ay, az),
              of_b = b == Kind::closed ? phi(ax, ay, az) : phi(x, y, z), mean = (of_a + of_b) * Real(.5);
   const Real distance = of_a >= 0 && of_b >= 0 ? std::max(mean, Real(1e-30f)) : mean;
-  return {distance, closed, closed || distance <= 0};
+  return {distance, closed, closed || a == Kind::liquid || b == Kind::liquid};
 }
 
 constexpr double u = std::numeric_limits<float>::epsilon() / 2;
@@ -89,9 +89,12 @@ TEST(ProductionFluidExtrapolate, ContinuesAcrossATiltedPlane) {
   };
   for (const Version& version : versions) {
     Fluid<float> fluid = make_fluid<float>(n, n, n, h, distance);
-    set_velocity(fluid, [&](int axis, double x, double y, double z) {
-      return distance(x, y, z) > 1e-5 ? -50 : flow(axis, x, y, z);
-    });
+    set_velocity(fluid, flow);
+    Field<float>* const components[] = {&fluid.velocity.u, &fluid.velocity.v, &fluid.velocity.w};
+    for (int axis = 0; axis < 3; ++axis)
+      for_each_place(*components[axis], [&](int x, int y, int z) {
+        if (!state_of(fluid, axis, x, y, z).known) (*components[axis])(x, y, z) = -50;
+      });
     version.extrapolate(fluid, 3 * fluid.spacing, fluid.velocity);
     int compared = 0;
     double worst = 0;
@@ -155,11 +158,11 @@ TEST(ProductionFluidExtrapolate, ReachesTheOpenTopFromBelow) {
   }
 }
 
-// A drop so small that no face has it on its nearer side has nothing to continue.
+// Near a surface that is in no cell's centre there is nothing to continue.
 TEST(ProductionFluidExtrapolate, LeavesWhatNothingIsKnownOf) {
   for (const Version& version : versions) {
     Fluid<float> fluid = make_fluid<float>(
-        5, 5, 5, .2, [](double x, double y, double z) { return std::hypot(x - .5, y - .5, z - .5) - .02; });
+        5, 5, 5, .2, [](double x, double y, double z) { return std::hypot(x - .5, y - .5, z - .5) + .02; });
     set_velocity(fluid, [](int axis, double, double, double) { return 3 + axis; });
     // Walls would be known.
     for_each_place(fluid.phi, [&](int x, int y, int z) {

@@ -30,11 +30,11 @@ using namespace lockstep::openmp;
 using levelset::far;
 
 // What a face near the liquid knows of itself: a bit for each neighbour that is nearer; one for each that is farther,
-// but near enough to be waiting; whether it is closed; how many nearer ones it waits for.
-constexpr int nearer_bit = 0, farther_bit = 6, closed_bit = 12, waits_bit = 13;
+// but near enough to be waiting; whether it is known from the start; how many nearer ones it waits for.
+constexpr int nearer_bit = 0, farther_bit = 6, known_bit = 12, waits_bit = 13;
 
 // Of a component, each in the order of its field. A face whose distance is between 0 and the one asked for is in the
-// band and has links, closed or not.
+// band and has links, known or not.
 struct Band {
   Real* distance;  // from the liquid; far of faces that turn out unknown, and beyond the ends of a line
   std::int32_t* links;
@@ -47,11 +47,12 @@ void find_known(const Beside<Real>& line, int count, Real distance, Real* of_fac
   of_faces[-1] = far<Real>;
   for (int x = 0; x <= count; x += lanes) {  // with one beyond
     const maskv in_line = first_lanes(count - x);
-    const floatv solid_a = load(&a.solid[x]), solid_b = load(&b.solid[x]);
-    const floatv of_face = distance_of_face(load(&a.phi[x]), solid_a, load(&b.phi[x]), solid_b);
+    const floatv phi_a = load(&a.phi[x]), solid_a = load(&a.solid[x]);
+    const floatv phi_b = load(&b.phi[x]), solid_b = load(&b.solid[x]);
+    const floatv of_face = distance_of_face(phi_a, solid_a, phi_b, solid_b);
     store(&of_faces[x], select(in_line, of_face, far<Real>));
-    const maskv closed = is_closed(solid_a, solid_b);
-    store(&velocity[x], 0.f, in_line & ~closed & (of_face > distance));
+    const maskv known = is_known(phi_a, solid_a, phi_b, solid_b);
+    store(&velocity[x], 0.f, in_line & ~known & (of_face > distance));
   }
 }
 
@@ -70,8 +71,9 @@ void link(const Beside<Real>& line, const Field<Real>& velocity, int y, int z, R
     const floatv of_face = load(&here[x]);
     const maskv linked = first_lanes(velocity.nx - x) & in_band(of_face);
     if (none(linked)) continue;
-    const maskv closed = is_closed(load(&line.a.solid[x]), load(&line.b.solid[x]));
-    intv links = select(closed, intv(1 << closed_bit), intv(0));
+    const auto& [a, b] = line;
+    const maskv known = is_known(load(&a.phi[x]), load(&a.solid[x]), load(&b.phi[x]), load(&b.solid[x]));
+    intv links = select(known, intv(1 << known_bit), intv(0));
     for (int n = 0; n < 6; ++n) {
       const floatv other = load(&beside[n][x]);
       const maskv waits = in_band(other);
@@ -100,10 +102,10 @@ void complete(const Band& band, const std::int32_t (&step)[6], const std::int32_
   };
   Continued<floatv> result;
   for (int axis = 0; axis < 3; ++axis) add_axis(of_face, neighbour(2 * axis), neighbour(2 * axis + 1), result);
-  const maskv open = there & ((links & intv(1 << closed_bit)) == intv(0));
+  const maskv sought = there & ((links & intv(1 << known_bit)) == intv(0));
   Real found[lanes];
   store(found, result.velocity);
-  const std::uint32_t known = bits(open & (result.weight > 0.f)), unknown = bits(open & ~(result.weight > 0.f));
+  const std::uint32_t known = bits(sought & (result.weight > 0.f)), unknown = bits(sought & ~(result.weight > 0.f));
   for (std::uint32_t rest = known; rest != 0; rest &= rest - 1) {
     const int l = std::countr_zero(rest);
     velocity.value[face[l]] = found[l];

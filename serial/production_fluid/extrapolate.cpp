@@ -32,8 +32,7 @@ Field<Real> find_known(const Fluid<Real>& fluid, const Lines<Real>& lines, int a
       const auto [a, b] = beside(fluid, lines, axis, y, z);
       for (int x = 0; x < velocity.nx; ++x) {
         const Real of_face = distance_of_face(a.phi[x], a.solid[x], b.phi[x], b.solid[x]);
-        const bool closed = is_closed(a.solid[x], b.solid[x]);
-        if (closed || of_face <= 0)
+        if (is_known(a.phi[x], a.solid[x], b.phi[x], b.solid[x]))
           known(x, y, z) = of_face;
         else if (of_face <= distance)
           unknown.push_back({of_face, x, y, z});
