@@ -55,8 +55,24 @@ TEST_F(ProductionFluidScene, MeshesAreSolid) {
   EXPECT_GT(fluid.solid(9, 9, 9), 0);
 }
 
+TEST_F(ProductionFluidScene, ASourceIsEnough) {
+  write_bytes(path("a.toml"),
+              "kind = \"production_fluid\"\ncells = [10, 20, 30]\n[[source]]\ncentre = [0.1, 0.2, 0.3]\nradius = 0.05\n"
+              "velocity = [1, -2, 3]\nuntil = 0.5\n[[source]]\ncentre = [0.5, 1, 1]\nradius = 0.1\n");
+  const Scene scene = load_scene(path("a.toml"));
+  ASSERT_EQ(scene.model.sources.size(), 2u);
+  const Source& first = scene.model.sources[0];
+  EXPECT_EQ(first.centre.z, .3);
+  EXPECT_EQ(first.radius, .05);
+  EXPECT_EQ(first.velocity.y, -2);
+  EXPECT_EQ(first.until, .5);
+  EXPECT_EQ(scene.model.sources[1].velocity.x, 0);
+  EXPECT_TRUE(std::isinf(scene.model.sources[1].until));
+  EXPECT_GT(scene.fluid.phi(3, 10, 10), 0);  // nothing has flowed yet
+}
+
 TEST_F(ProductionFluidScene, RefusesWhatIsWrong) {
-  EXPECT_EQ(refusal(""), ":1:1: liquid or pool is missing");
+  EXPECT_EQ(refusal(""), ":1:1: liquid, pool or source is missing");
   EXPECT_EQ(refusal("[[liquid]]\ncentre = [9, 9, 9]\nradius = 0.1\n"), ":1:1: no liquid: every cell is air or solid");
   EXPECT_EQ(refusal("flow = \"up\"\n[pool]\nheight = 1\n"),
             ":3:8: flow: expected \"rest\", \"swirl\", \"turn\", \"enright\" or \"strain\"");

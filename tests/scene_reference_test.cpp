@@ -94,7 +94,8 @@ std::string base_of(const std::string& domain, const std::string& section) {
       {"rigid/soup", bodies + "[[soup]]\nof = \"boxes\"\ncount = 2\noverlapping = 0.1\n"},
       {"production_fluid", box_of_cells + "[pool]\nheight = 0.4\n[[liquid]]\ncentre = [0.5, 0.8, 0.5]\n"
                                           "radius = 0.2\n[[obstacle]]\ncentre = [0.5, 0.2, 0.5]\nradius = 0.2\n"
-                                          "[[air]]\ncentre = [0.5, 0.4, 0.5]\nradius = 0.1\n"},
+                                          "[[air]]\ncentre = [0.5, 0.4, 0.5]\nradius = 0.1\n"
+                                          "[[source]]\ncentre = [0.5, 0.9, 0.5]\nradius = 0.1\n"},
       {"production_fluid/mesh", box_of_cells + "[pool]\nheight = 0.4\n[mesh]\nfile = \"a.obj\"\n"},
       {"linear", "kind = \"linear\"\n[poisson]\ncells = 12\n"},
       {"linear/elasticity", "kind = \"linear\"\n[elasticity]\npoints = 2\n"},
@@ -158,8 +159,10 @@ std::uint64_t hash_of_scene(const std::string& domain, const std::string& path) 
   if (domain == "production_fluid") {
     const production_fluid::Scene s = production_fluid::load_scene(path);
     const production_fluid::Model& m = s.model;
-    return hash_all(s.fluid.nx, s.fluid.ny, s.fluid.nz, s.fluid.spacing, s.fluid.open_top, hash_of(s.fluid), m.gravity,
-                    m.frame, m.per_block, m.given, m.period, s.frames);
+    std::uint64_t hash = hash_all(s.fluid.nx, s.fluid.ny, s.fluid.nz, s.fluid.spacing, s.fluid.open_top,
+                                  hash_of(s.fluid), m.gravity, m.frame, m.per_block, m.given, m.period, s.frames);
+    for (const auto& source : m.sources) hash += hash_all(source.centre, source.radius, source.velocity, source.until);
+    return hash;
   }
   const linear::Scene s = linear::load_scene(path);
   return hash_all(s.stop.tolerance, s.stop.iterations, s.modification.tau,

@@ -3,8 +3,10 @@
 
 #include <cstdint>
 #include <iterator>
+#include <vector>
 
 #include "common/levelset/field.h"
+#include "common/production_fluid/add_sources.h"
 #include "common/production_fluid/extend_level_set.h"
 #include "common/production_fluid/maccormack.h"
 #include "common/production_fluid/particles.h"
@@ -24,6 +26,7 @@ struct Model {
   // is 0.
   bool given = false;
   double period = 0;  // s
+  std::vector<Source> sources = {};
   PressureSettings pressure = {.modification = {.tau = .97, .sigma = .25},
                                .stop = {.tolerance = 1e-6, .iterations = 400}};
 };
@@ -44,6 +47,7 @@ enum class Module {
   advance_spray,
   advect_velocity,
   apply_forces,
+  add_sources,
   sort_particles,
   extend_level_set,
   correct_level_set,
@@ -57,23 +61,10 @@ enum class Module {
   reseed,
   count
 };
-inline constexpr const char* name_of_module[] = {"time_step",
-                                                 "advect_level_set",
-                                                 "advect_particles",
-                                                 "advance_spray",
-                                                 "advect_velocity",
-                                                 "apply_forces",
-                                                 "sort_particles",
-                                                 "extend_level_set",
-                                                 "correct_level_set",
-                                                 "redistance",
-                                                 "remove_particles",
-                                                 "adjust_radii",
-                                                 "make_system",
-                                                 "pressure_solve",
-                                                 "project",
-                                                 "extrapolate",
-                                                 "reseed"};
+inline constexpr const char* name_of_module[] = {
+    "time_step",    "advect_level_set", "advect_particles", "advance_spray",     "advect_velocity", "apply_forces",
+    "add_sources",  "sort_particles",   "extend_level_set", "correct_level_set", "redistance",      "remove_particles",
+    "adjust_radii", "make_system",      "pressure_solve",   "project",           "extrapolate",     "reseed"};
 static_assert(std::size(name_of_module) == int(Module::count));
 
 // Scratch, which keeps its room from frame to frame; and counts of the last frame.

@@ -118,7 +118,8 @@ Field<float> field_of(const Grid& grid, float padding, const Distance& distance)
 Field<float> read_liquid(const toml::table& scene, const Grid& grid) {
   const std::vector<levelset::Shape> shapes = read_shapes(scene, "liquid");
   const toml::table* pool_table = subtable(scene, "pool");
-  if (shapes.empty() && !pool_table) refuse(scene.source(), "liquid or pool is missing");
+  if (shapes.empty() && !pool_table && !scene.contains("source"))
+    refuse(scene.source(), "liquid, pool or source is missing");
   const Pool pool = pool_table ? read_pool(*pool_table, grid) : Pool{};
   const std::vector<levelset::Shape> air = read_shapes(scene, "air");
   return field_of(grid, 0, [&](int x, int y, int z) {
@@ -210,6 +211,14 @@ void require_liquid(const Fluid<float>& fluid, const toml::table& scene) {
   refuse(scene.source(), "no liquid: every cell is air or solid");
 }
 
+Source read_source(const toml::table& table) {
+  check_keys(table, {"centre", "radius"}, {"velocity", "until"});
+  Source source{.centre = *vector_between(table, "centre", -1e6, 1e6, "m"), .radius = length(table, "radius")};
+  source.velocity = vector_between(table, "velocity", -1e6, 1e6, "m/s").value_or(source.velocity);
+  source.until = number_between(table, "until", 0, 1e9, "s").value_or(source.until);
+  return source;
+}
+
 Model read_model(const toml::table& scene) {
   Model model;
   model.frame = number_between(scene, "frame_time", 1e-6, 1, "s").value_or(model.frame);
@@ -217,6 +226,7 @@ Model read_model(const toml::table& scene) {
   model.per_block = whole_int(scene, "particles", 0, 1000).value_or(model.per_block);
   model.given = truth(scene, "given").value_or(false);
   model.period = number_between(scene, "period", 0, 1e6, "s").value_or(0);
+  for (const toml::table* table : subtables(scene, "source")) model.sources.push_back(read_source(*table));
   return model;
 }
 
@@ -225,7 +235,7 @@ Model read_model(const toml::table& scene) {
 Scene load_scene(const std::string& path) {
   const toml::table scene = read_scene(path, "production_fluid", {"kind", "cells"},
                                        {"spacing", "open_top", "flow", "given", "period", "gravity", "particles",
-                                        "frames", "frame_time", "pool", "liquid", "air", "obstacle", "mesh"});
+                                        "frames", "frame_time", "pool", "liquid", "air", "obstacle", "mesh", "source"});
   const Grid grid = read_grid(scene);
   Flow* const flow = read_flow(scene);
   Scene made{.name = scene_name(path),
@@ -240,7 +250,7 @@ Scene load_scene(const std::string& path) {
                        .velocity = faces_of(grid, flow)},
              .model = read_model(scene),
              .frames = whole_int(scene, "frames", 1).value_or(100)};
-  require_liquid(made.fluid, scene);
+  if (made.model.sources.empty()) require_liquid(made.fluid, scene);
   return made;
 }
 

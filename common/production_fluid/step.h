@@ -6,6 +6,7 @@
 //   advect_level_set (maccormack), advect_particles, advance_spray, advect_velocity (semi_lagrangian)
 //                                  all by the velocity at the beginning
 //   apply_forces                   gravity
+//   add_sources                    after all that moves liquid, before its particles put the surface right
 //   sort_particles                 with the spray that came back
 //   extend_level_set               into obstacles
 //   correct_level_set              by escaped particles, before redistancing, which would move the surface for good
@@ -15,7 +16,8 @@
 //   make_system, pressure_solve, project   the velocity loses its divergence
 //   extrapolate                    into the air, where the next substep reads it
 //
-// Every twentieth frame ends with reseed. Where the velocity is given, it is that of the middle of the substep, and the
+// Every twentieth frame ends with reseed, and every frame of a model with sources: what they pour in has no particles
+// yet. Where the velocity is given, it is that of the middle of the substep, and the
 // modules that change it are left out; so are spray, which would fly where the given velocity does not go, and the
 // removal of particles, which would make it.
 //
@@ -39,7 +41,7 @@ template <class Real>
 using Step = void(const Model& model, Liquid<Real>& liquid, StepMemory<Real>& memory);
 
 namespace serial {
-// Makes what frames begin with: particles, and a velocity without divergence. The liquid has none of these yet.
+// Makes what frames begin with: the liquid of sources, particles, and a velocity without divergence. The liquid has none of these yet.
 Step<float> start;
 Step<double> start;
 
@@ -51,7 +53,7 @@ namespace openmp {
 Step<float> step_multigrid, step_mic, step_marching;
 }  // namespace openmp
 
-inline constexpr int frames_between_reseeding = 20;
+inline int frames_between_reseeding(const Model& model) { return model.sources.empty() ? 20 : 1; }
 
 // The length of the next substep, s: the longest that is allowed, or what is left of the frame. Two last substeps are
 // of about equal length, so that none is tiny.

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <utility>
 
+#include "common/production_fluid/add_sources.h"
 #include "common/production_fluid/adjust_radii.h"
 #include "common/production_fluid/advance_spray.h"
 #include "common/production_fluid/advect_level_set.h"
@@ -64,9 +65,10 @@ void set_velocity(const Faces<Real>& given, Real factor, Faces<Real>& velocity) 
   scale(given.u, factor, velocity.u), scale(given.v, factor, velocity.v), scale(given.w, factor, velocity.w);
 }
 
+// From `now`, s since the first frame began.
 template <class Done>
-void substep(const Model& model, const Forms& forms, Real dt, Liquid<Real>& liquid, StepMemory<Real>& memory,
-             const Done& done) {
+void substep(const Model& model, const Forms& forms, double now, Real dt, Liquid<Real>& liquid,
+             StepMemory<Real>& memory, const Done& done) {
   Fluid<Real>& fluid = liquid.fluid;
   Particles<Real>& particles = liquid.particles;
   const Vector3<Real> gravity = convert<Real>(model.gravity);
@@ -83,6 +85,10 @@ void substep(const Model& model, const Forms& forms, Real dt, Liquid<Real>& liqu
     done(Module::advect_velocity);
     apply_forces(gravity, dt, fluid.velocity);
     done(Module::apply_forces);
+  }
+  if (!model.sources.empty()) {
+    add_sources(model.sources, now, fluid, particles);
+    done(Module::add_sources);
   }
 
   sort_particles(fluid.phi, particles, memory.particles);
@@ -125,16 +131,18 @@ void step(const Model& model, const Forms& forms, Liquid<Real>& liquid, StepMemo
   for (double left = model.frame, dt; left > 0; left -= dt, ++memory.substeps) {
     const Faces<Real>& fastest = model.given ? memory.given : liquid.fluid.velocity;
     dt = next_substep(time_step(fastest, static_cast<Real>(std::sqrt(dot(g, g))), static_cast<Real>(model.cfl)), left);
+    const double now = (liquid.frames + 1) * model.frame - left;
     if (model.given) {
-      const double middle = (liquid.frames + 1) * model.frame - left + .5 * dt;
+      const double middle = now + .5 * dt;
       const double factor = model.period > 0 ? std::cos(std::numbers::pi * middle / model.period) : 1;
       set_velocity(memory.given, static_cast<Real>(factor), liquid.fluid.velocity);
     }
     done(Module::time_step);
-    substep(model, forms, static_cast<Real>(dt), liquid, memory, done);
+    substep(model, forms, now, static_cast<Real>(dt), liquid, memory, done);
   }
-  if (++liquid.frames % frames_between_reseeding == 0) {
-    reseed_blocks(model, liquid.frames / frames_between_reseeding, liquid, memory);
+  const int between = frames_between_reseeding(model);
+  if (++liquid.frames % between == 0) {
+    reseed_blocks(model, liquid.frames / between, liquid, memory);
     done(Module::reseed);
   }
 }

@@ -41,14 +41,22 @@ void step(Running& run, Step<float>* step) {
   for (int k = 0; k < int(Module::count); ++k) run.seconds[k] += run.memory.seconds[k];
 }
 
+// What sources pour in is compared with nothing: at the start there may have been no liquid.
+std::string volume_text(const Running& run) {
+  char text[80];
+  const double volume = volume_of(run.liquid.fluid), change = 100 * (volume / run.volume_at_start - 1);
+  if (run.scene.model.sources.empty())
+    std::snprintf(text, sizeof text, "volume %+.2f %% since the start", change);
+  else
+    std::snprintf(text, sizeof text, "volume %.4g m^3, at the start %.4g m^3", volume, run.volume_at_start);
+  return text;
+}
+
 std::string summary_of(const Running& run) {
   char part[160];
-  const double volume = volume_of(run.liquid.fluid);
-  std::snprintf(part, sizeof part,
-                "volume %+.2f %% since the start; a frame: %.1f substeps, %.1f iterations of the pressure a substep\n",
-                100 * (volume / run.volume_at_start - 1), double(run.substeps) / run.frames,
-                double(run.iterations) / run.substeps);
-  std::string text = part, modules = "ms a frame:";
+  std::snprintf(part, sizeof part, "; a frame: %.1f substeps, %.1f iterations of the pressure a substep\n",
+                double(run.substeps) / run.frames, double(run.iterations) / run.substeps);
+  std::string text = volume_text(run) + part, modules = "ms a frame:";
   for (int k = 0; k < int(Module::count); ++k) {
     if (run.seconds[k] == 0) continue;
     std::snprintf(part, sizeof part, " %s %.2f,", name_of_module[k], 1e3 * run.seconds[k] / run.frames);
