@@ -162,8 +162,8 @@ TEST(ProductionFluidAddSources, TheBoxHasTheCellsWithinReachAndAtMostOneMore) {
         for (int x = 0; x < n; ++x) {
           const bool inside = range.begin <= x && x < range.end;
           const double away = std::abs(x + .5 - position);
-          if (away <= reach) EXPECT_TRUE(inside) << x << ' ' << position << ' ' << reach;
-          if (away > reach + 1) EXPECT_FALSE(inside) << x << ' ' << position << ' ' << reach;
+          EXPECT_TRUE(inside || away > reach) << x << ' ' << position << ' ' << reach;
+          EXPECT_TRUE(!inside || away <= reach + 1) << x << ' ' << position << ' ' << reach;
         }
       }
   for (const double position : {-1e15, 1e15}) {
@@ -263,7 +263,7 @@ TEST(ProductionFluidAddSources, StepsHaveTheSerialBits) {
   for_each_place(air.solid, [&](int x, int y, int z) {
     air.solid(x, y, z) = static_cast<float>(distance({(x + .5) / 24, (y + .5) / 24, (z + .5) / 24}, {.3, .4, .3}) - .2);
   });
-  const Model model = {.sources = {{.centre = {.36, .9, .3}, .radius = .13, .velocity = {.2, -1.5, 0}, .until = .2},
+  const Model model = {.sources = {{.centre = {.36, .9, .3}, .radius = .13, .velocity = {.2, -1.5, 0}, .until = .14},
                                    {.centre = {0, .3, .5}, .radius = .1, .velocity = {1, 1, 0}}}};
   const auto run = [&](Step<float>* step) {
     Liquid<float> liquid;
@@ -271,7 +271,7 @@ TEST(ProductionFluidAddSources, StepsHaveTheSerialBits) {
     liquid.fluid = air;
     serial::start(model, liquid, memory);
     std::vector<std::uint64_t> hashes = {verify::hash_of(liquid)};
-    for (int k = 0; k < 6; ++k) step(model, liquid, memory), hashes.push_back(verify::hash_of(liquid));
+    for (int k = 0; k < 4; ++k) step(model, liquid, memory), hashes.push_back(verify::hash_of(liquid));
     EXPECT_EQ(verify::first_not_finite(liquid), "");
     EXPECT_GT(liquid.particles.count, 1000);
     return hashes;

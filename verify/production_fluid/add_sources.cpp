@@ -26,13 +26,13 @@ using namespace production_fluid_inputs;
 
 constexpr double now = 2;  // s
 
-// One in the middle, one that ceased, one that reaches out of two sides of the box and into the first, which then have
-// its velocity; in all scenes they meet obstacles, particles and lanes that are not full.
+// One in the middle, one that has ceased, one that reaches out of three sides of the box and into the first. They meet
+// obstacles, particles and lanes that are not full.
 std::vector<Source> sources_in(const Fluid<float>& fluid) {
   const double h = fluid.spacing, x = h * fluid.nx, y = h * fluid.ny, z = h * fluid.nz, r = .25 * std::min({x, y, z});
   return {{.centre = {.5 * x, .45 * y, .5 * z}, .radius = r, .velocity = {.5, -1, .25}},
           {.centre = {.3 * x, .6 * y, .4 * z}, .radius = r, .velocity = {3, 3, 3}, .until = now},
-          {.centre = {.8 * x, .4 * y, .9 * z}, .radius = 1.2 * r, .velocity = {-.75, .125, 2}, .until = 1.5 * now}};
+          {.centre = {.8 * x, .85 * y, .9 * z}, .radius = 1.8 * r, .velocity = {-.75, .125, 2}, .until = 1.5 * now}};
 }
 
 double volume_of(const NearBall& box) {
@@ -71,7 +71,7 @@ Case make(const std::string& path) {
 const Register add_sources{{.name = "production_fluid/add_sources",
                             .place = 19,
                             .forms = {{.make = make,
-                                       .scenes = {.verify = {"one_cell", "obstacle_48", "two_pockets", "drop_64"},
+                                       .scenes = {.verify = {"one_cell", "obstacle_48", "two_pockets", "drop_64", "jet_24"},
                                                   .more = {"drop_128"},
                                                   .bench = {"drop_128"},
                                                   .tsan = {"obstacle_48"}}}}}};

@@ -54,7 +54,7 @@ std::vector<Form> forms() {
   for (const LiquidForm& form : liquid_forms)
     all.push_back({.name = form.name,
                    .make = [&form](const std::string& path) { return make(path, form); },
-                   .scenes = {.verify = {"obstacle_48", "one_cell", "two_pockets", "open_top", "enright_32"},
+                   .scenes = {.verify = {"obstacle_48", "one_cell", "two_pockets", "open_top", "enright_32", "jet_24"},
                               .more = {"falling_drop"},
                               .bench = form.name == "multigrid" ? std::vector<std::string>{"drop_64", "drop_128"}
                                                                 : std::vector<std::string>{"drop_64"},
