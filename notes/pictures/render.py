@@ -32,6 +32,18 @@ def last(folder, part="frame"):
     return read(max(folder.glob(f"{part}_*.vtk")))
 
 
+def field(path):
+    """An image of a field: its values [z, y, x], at the centres of cells, and the side of a cell."""
+    reader = vtk.vtkXMLImageDataReader()
+    reader.SetFileName(str(path))
+    reader.Update()
+    image = reader.GetOutput()
+    if not image.GetNumberOfPoints():
+        raise OSError(f"{path}: VTK does not read it")
+    values = vtk_to_numpy(image.GetPointData().GetScalars()).reshape(image.GetDimensions()[::-1])
+    return values.astype(np.float64), image.GetSpacing()[0]
+
+
 def colours(low, high, stops):
     """A table of colours between stops, #rrggbb."""
     function = vtk.vtkColorTransferFunction()
@@ -260,7 +272,76 @@ def level_set(frames, path):
     render(path, shown, eye=(1.0, 1.35, 3.15), focus=(0.5, 0.47, 0.5), shade=0.05, bars=[bar(table, "distance, m", 5)])
 
 
-pictures = {"castle": castle, "dam_break": dam_break, "garment": garment, "level_set": level_set}
+def zero_of(values, spacing):
+    """The surface on which a field vanishes, with normals, closed where the box ends."""
+    # A cell more on each side, of the other sign where the field is negative: it vanishes on the sides of the box.
+    padded = np.abs(np.pad(values, 1, mode="edge"))
+    padded[1:-1, 1:-1, 1:-1] = values
+    image = vtk.vtkImageData()
+    image.SetDimensions(*padded.shape[::-1])
+    image.SetSpacing(spacing, spacing, spacing)
+    image.SetOrigin(*3 * (-0.5 * spacing,))
+    image.GetPointData().SetScalars(numpy_to_vtk(padded.ravel(), deep=True))
+    surface = vtk.vtkContourFilter()
+    surface.SetInputData(image)
+    surface.SetValue(0, 0)
+    surface.ComputeScalarsOff()
+    surface.ComputeNormalsOn()
+    surface.Update()
+    return surface.GetOutput()
+
+
+def shiny(shown, opacity=1.0):
+    shown.GetProperty().SetSpecular(0.5)
+    shown.GetProperty().SetSpecularPower(40)
+    shown.GetProperty().SetOpacity(opacity)
+    return shown
+
+
+def spray(folder, radius, colour):
+    """Drops that left the surface, as balls of one radius, which is more than theirs, so that they are seen."""
+    drops = vtk.vtkActor()
+    drops.SetMapper(round_surface(last(folder, "spray"), radius))
+    drops.GetMapper().ScalarVisibilityOff()
+    drops.GetProperty().SetColor(*rgb(colour))
+    return drops
+
+
+def box_of(x, y, z):
+    """The edges of a box with a corner at the origin."""
+    cube = vtk.vtkCubeSource()
+    cube.SetBounds(0, x, 0, y, 0, z)
+    outline = vtk.vtkOutlineFilter()
+    outline.SetInputConnection(cube.GetOutputPort())
+    edges = actor(outline, "#9a9a9a")
+    edges.GetProperty().SetLineWidth(1.5 * FINER)
+    edges.GetProperty().LightingOff()
+    return edges
+
+
+def falling_drop(frames, path):
+    """A pool into which a drop has fallen."""
+    folder = frames / "falling_drop"
+    phi, spacing = field(max(folder.glob("frame_*.vti")))
+    water = shiny(actor(zero_of(phi, spacing), "#3d86c6"))
+    drops = spray(folder, 0.3 * spacing, "#3d86c6")
+    render(path, [water, drops, box_of(1, 1.5, 1)], eye=(1.62, 1.4, 3.25), focus=(0.5, 0.53, 0.5), shade=0.12)
+
+
+def glass(frames, path):
+    """Water that is poured into a glass."""
+    folder = frames / "glass_48"
+    phi, spacing = field(max(folder.glob("frame_*.vti")))
+    solid, _ = field(folder / "obstacles.vti")
+    # Within walls the level set goes on; water does not. A gap keeps its surface apart from that of the glass.
+    water = shiny(actor(zero_of(np.maximum(phi, 0.4 * spacing - solid), spacing), "#3d86c6"))
+    wall = shiny(actor(zero_of(solid, spacing), "#b9cdd3"), opacity=0.25)
+    drops = spray(folder, 0.3 * spacing, "#3d86c6")
+    render(path, [water, drops, wall], eye=(0.23, 0.29, 0.53), focus=(0.05, 0.112, 0.05), shade=0.01)
+
+
+pictures = {"castle": castle, "dam_break": dam_break, "garment": garment, "level_set": level_set, "falling_drop": falling_drop,
+            "glass": glass}
 
 if __name__ == "__main__":
     frames, folder = map(pathlib.Path, sys.argv[1:3])
