@@ -340,14 +340,7 @@ def glass(frames, path):
     render(path, [water, drops, wall], eye=(0.23, 0.29, 0.53), focus=(0.05, 0.112, 0.05), shade=0.01)
 
 
-pictures = {
-    "castle": castle,
-    "dam_break": dam_break,
-    "garment": garment,
-    "level_set": level_set,
-    "falling_drop": falling_drop,
-    "glass": glass,
-}
+pictures = {shown.__name__: shown for shown in (castle, dam_break, garment, level_set, falling_drop, glass)}
 
 if __name__ == "__main__":
     frames, folder = map(pathlib.Path, sys.argv[1:3])
