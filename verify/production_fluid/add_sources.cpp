@@ -68,13 +68,14 @@ Case make(const std::string& path) {
 }
 
 // The sides of one_cell are narrower than a vector.
-const Register add_sources{{.name = "production_fluid/add_sources",
-                            .place = 19,
-                            .forms = {{.make = make,
-                                       .scenes = {.verify = {"one_cell", "obstacle_48", "two_pockets", "drop_64", "jet_24"},
-                                                  .more = {"drop_128"},
-                                                  .bench = {"drop_128"},
-                                                  .tsan = {"obstacle_48"}}}}}};
+const Register add_sources{
+    {.name = "production_fluid/add_sources",
+     .place = 19,
+     .forms = {{.make = make,
+                .scenes = {.verify = {"one_cell", "obstacle_48", "two_pockets", "drop_64", "jet_24"},
+                           .more = {"drop_128"},
+                           .bench = {"drop_128"},
+                           .tsan = {"obstacle_48"}}}}}};
 
 }  // namespace
 }  // namespace lockstep::verify
