@@ -133,7 +133,7 @@ def reports(threads=(1, 2)):
     with_costs["production_modules"] = [
         {"scene": "drop_128", "variant": variant, "form": production_modules.FORM, "threads": count, "cells": 1000}
         | {"particles": 50, "substeps": 3, "iterations": 40}
-        | {module: ms + k for k, module in enumerate(production_modules.MODULES)}
+        | {"modules": [{"module": module, "ms": ms + k} for k, module in enumerate(production_modules.MODULES)]}
         for variant, count, ms in (("serial", 1, 40.0), *(("openmp", t, 20.0 / t) for t in threads))
     ]
     costs = {"costs": {"lock_moved_ns": 6.2, "memory_gb_per_s": 40.0}}

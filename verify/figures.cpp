@@ -246,7 +246,8 @@ void production_modules(const FigureOptions& options, const Model&, RowsOf& rows
                   {"particles", liquid.particles.count},
                   {"substeps", memory.substeps},
                   {"iterations", memory.iterations}};
-      for (int k = 0; k < int(Module::count); ++k) row[name_of_module[k]] = 1e3 * memory.seconds[k];
+      for (int k = 0; k < int(Module::count); ++k)
+        row["modules"].push_back({{"module", name_of_module[k]}, {"ms", 1e3 * memory.seconds[k]}});
       return row;
     });
   };

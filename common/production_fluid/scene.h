@@ -17,8 +17,8 @@ struct Scene {
 
 // Reads a TOML scene. Throws InputError in one line, `file:line:column: what was expected`, where the file cannot be
 // read, is not what scenes/README.md says (an unknown key, a wrong type, a number out of range or not finite, no
-// liquid and no source), or does not fit the machine's memory, asked before the fields are made; likewise where a mesh is refused
-// (common/mesh_file.h) or is not closed (common/mesh.h).
+// liquid and no source), or does not fit the machine's memory, asked before the fields are made; likewise where a
+// mesh is refused (common/mesh_file.h) or is not closed (common/mesh.h).
 Scene load_scene(const std::string& path);
 
 }  // namespace lockstep::production_fluid

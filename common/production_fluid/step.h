@@ -17,9 +17,9 @@
 //   extrapolate                    into the air, where the next substep reads it
 //
 // Every twentieth frame ends with reseed, and every frame of a model with sources: what they pour in has no particles
-// yet. Where the velocity is given, it is that of the middle of the substep, and the
-// modules that change it are left out; so are spray, which would fly where the given velocity does not go, and the
-// removal of particles, which would make it.
+// yet. Where the velocity is given, it is that of the middle of the substep, and the modules that change it are left
+// out; so are spray, which would fly where the given velocity does not go, and the removal of particles, which would
+// make it.
 //
 //   multigrid  redistances by sweeping, solves with multigrid
 //   mic        redistances by sweeping, solves with mic
@@ -41,7 +41,8 @@ template <class Real>
 using Step = void(const Model& model, Liquid<Real>& liquid, StepMemory<Real>& memory);
 
 namespace serial {
-// Makes what frames begin with: the liquid of sources, particles, and a velocity without divergence. The liquid has none of these yet.
+// Makes what frames begin with: the liquid of sources, particles, and a velocity without divergence. The liquid has none
+// of these yet.
 Step<float> start;
 Step<double> start;
 

@@ -41,9 +41,10 @@ def table(data):
     one = next(r for r in frames if r["variant"] == "openmp" and r["threads"] == 1)
     many = max((r for r in frames if r["variant"] == "openmp"), key=lambda r: r["threads"])
     scene = serial["scene"]
+    ms = [{m["module"]: m["ms"] for m in r["modules"]} for r in (serial, one, many)]
     rows = []
     for module, form in MODULES.items():
-        if max(serial[module], one[module]) < 1e-3 * one["pressure_solve"]:
+        if ms[1][module] < 1e-3 * sum(ms[1].values()):
             continue
         modelled = {
             r["cores"]: r
@@ -55,9 +56,9 @@ def table(data):
             {"scene": scene, "cells": serial["cells"], "particles": serial["particles"]}
             | {"substeps": serial["substeps"], "iterations": serial["iterations"]}
             | {"kernel": f"production_fluid/{module}", "module": module, "form": form}
-            | {"serial_ms": serial[module], "one_thread_ms": one[module], "threads": many["threads"]}
-            | {"many_threads_ms": many[module], "cores": most, "modelled_speed_up": gain}
-            | {"modelled_ms": one[module] / gain}
+            | {"serial_ms": ms[0][module], "one_thread_ms": ms[1][module], "threads": many["threads"]}
+            | {"many_threads_ms": ms[2][module], "cores": most, "modelled_speed_up": gain}
+            | {"modelled_ms": ms[1][module] / gain}
             | {"from": source.references(serial, one, many, modelled[1], modelled[most])}
         )
     return rows

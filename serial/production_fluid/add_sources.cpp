@@ -34,18 +34,18 @@ void pour(const Source& source, Fluid<Real>& fluid) {
   const Real h = fluid.spacing;
   const auto points = [h](Real x, Real y, Real z) { return Points{{h * x, h * y, h * z}, h}; };
   const Real half = Real(.5);
-  auto& [u, v, w] = fluid.velocity;
-  const auto [x_range, y_range, z_range] = near_ball(source, fluid);
-  for (int z = z_range.begin; z <= z_range.end; ++z)
-    for (int y = y_range.begin; y <= y_range.end; ++y) {
+  Field<Real>&u = fluid.velocity.u, &v = fluid.velocity.v, &w = fluid.velocity.w;
+  const NearBall near = near_ball(source, fluid);
+  for (int z = near.z.begin; z <= near.z.end; ++z)
+    for (int y = near.y.begin; y <= near.y.end; ++y) {
       const Real py = static_cast<Real>(y), pz = static_cast<Real>(z);
-      const bool cells_along_y = y < y_range.end, cells_along_z = z < z_range.end;
+      const bool cells_along_y = y < near.y.end, cells_along_z = z < near.z.end;
       if (cells_along_y && cells_along_z) {
-        fill(ball, points(half, py + half, pz + half), x_range, &fluid.solid(0, y, z), &fluid.phi(0, y, z));
-        push(ball, points(0, py + half, pz + half), {x_range.begin, x_range.end + 1}, ball.velocity.x, &u(0, y, z));
+        fill(ball, points(half, py + half, pz + half), near.x, &fluid.solid(0, y, z), &fluid.phi(0, y, z));
+        push(ball, points(0, py + half, pz + half), {near.x.begin, near.x.end + 1}, ball.velocity.x, &u(0, y, z));
       }
-      if (cells_along_z) push(ball, points(half, py, pz + half), x_range, ball.velocity.y, &v(0, y, z));
-      if (cells_along_y) push(ball, points(half, py + half, pz), x_range, ball.velocity.z, &w(0, y, z));
+      if (cells_along_z) push(ball, points(half, py, pz + half), near.x, ball.velocity.y, &v(0, y, z));
+      if (cells_along_y) push(ball, points(half, py + half, pz), near.x, ball.velocity.z, &w(0, y, z));
     }
 }
 

@@ -130,7 +130,7 @@ std::string fault_of_scene(const std::string& path) { return first_not_finite(lo
 const RegisterDomain production_fluid_domain{{.name = "production_fluid",
                                               .simulation = simulation,
                                               .determinism = {"obstacle_48"},
-                                              .endure = {"drop_64"},
+                                              .endure = {"drop_64", "glass_48"},
                                               .most_steps = 250,  // some nine substeps each
                                               .fault_of_scene = fault_of_scene}};
 
