@@ -56,8 +56,7 @@ std::vector<Form> forms() {
                    .make = [&form](const std::string& path) { return make(path, form); },
                    .scenes = {.verify = {"obstacle_48", "one_cell", "two_pockets", "open_top", "enright_32", "jet_24"},
                               .more = {"falling_drop"},
-                              .bench = form.name == "multigrid" ? std::vector<std::string>{"drop_64", "drop_128"}
-                                                                : std::vector<std::string>{"drop_64"},
+                              .bench = {"drop_64"},
                               .tsan = {"obstacle_48"}}});
   return all;
 }
