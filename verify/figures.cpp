@@ -227,18 +227,19 @@ void contact_batches(const FigureOptions& options, const Model& model, RowsOf& r
 }
 
 // Milliseconds of a frame of the production fluid by module, after one that is not timed.
-void production_modules(const FigureOptions& options, const Model&, RowsOf& rows) {
+void production_modules(const FigureOptions&, const Model&, RowsOf& rows) {
   using namespace production_fluid;
-  const std::string name = options.quick ? "drop_64" : "drop_128";
+  const std::string name = "drop_128";
+  const LiquidForm& form = liquid_forms[0];
   const Scene scene = load_scene("scenes/production_fluid/" + name + ".toml");
   Liquid<float> start;
   start.fluid = scene.fluid;
   StepMemory<float> memory;
   serial::start(scene.model, start, memory);
-  openmp::step_multigrid(scene.model, start, memory);
-  const auto frame = [&](const char* variant, const char* form, int threads, Step<float>* step) {
-    progress("production_modules: " + name + ", " + variant + ' ' + form + ", threads " + std::to_string(threads));
-    rows.add({{"scene", name}, {"variant", variant}, {"form", form}, {"threads", threads}}, [&] {
+  form.openmp(scene.model, start, memory);
+  const auto frame = [&](const std::string& variant, int threads, Step<float>* step) {
+    progress("production_modules: " + name + ", " + variant + ", threads " + std::to_string(threads));
+    rows.add({{"scene", name}, {"variant", variant}, {"form", form.name}, {"threads", threads}}, [&] {
       omp_set_num_threads(threads);
       Liquid<float> liquid = start;
       step(scene.model, liquid, memory);
@@ -252,10 +253,8 @@ void production_modules(const FigureOptions& options, const Model&, RowsOf& rows
     });
   };
   const int most = omp_get_max_threads();
-  for (const LiquidForm& form : liquid_forms) {
-    frame("serial", form.name.c_str(), 1, form.serial);
-    for (int threads = 1; threads <= most; threads *= 2) frame("openmp", form.name.c_str(), threads, form.openmp);
-  }
+  frame("serial", 1, form.serial);
+  for (int threads = 1; threads <= most; threads *= 2) frame("openmp", threads, form.openmp);
   omp_set_num_threads(most);
 }
 
