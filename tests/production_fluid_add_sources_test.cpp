@@ -42,7 +42,7 @@ TEST(ProductionFluidAddSources, ASmallBallTakesTheCellsAndFacesAboutItsCentre) {
     EXPECT_NEAR(fluid.phi(5, 6, 3), (std::sqrt(2.) - 1.2) * h, u);
     EXPECT_NEAR(fluid.phi(4, 9, 3), 2.8 * h, u);
     // Along x, those beside the centre, half a cell away, and those around them, sqrt(5/4) away; not the next, 1.5.
-    const auto& [x, y, z] = fluid.velocity;
+    const Field<float>&x = fluid.velocity.u, &y = fluid.velocity.v, &z = fluid.velocity.w;
     int taken = 0;
     for_each_place(x, [&](int i, int j, int k) { taken += x(i, j, k) != 0; });
     EXPECT_EQ(taken, 2 * (1 + 4));

@@ -158,7 +158,8 @@ TEST(ProductionFluidAdvectParticles, MovesWithAConstantVelocityToTwoRoundings) {
 // the particle by up to 24 u V dt + u L; its own sum rounds by 2 u L.
 TEST(ProductionFluidAdvectParticles, TurnsWithAnErrorOfThirdOrder) {
   constexpr int n = 20;
-  constexpr double middle = n / 2., length = n * double(h), omega = 3, fastest = omega * length / std::sqrt(2.);
+  constexpr double middle = n / 2., length = n * double(h), omega = 3;
+  const double fastest = omega * length / std::sqrt(2.);
   const Fluid<float> fluid = make_air(n, n, n);
   for (int axis = 0; axis < 3; ++axis) {
     // The two coordinates across the axis.

@@ -93,7 +93,7 @@ Errors errors_of_drop(int n) {
   const double h = 1. / n;
   Fluid<float> fluid =
       make_fluid<float>(n, n, 2, h, [&](double x, double y, double) { return std::hypot(x - .5, y - .5) - radius; });
-  auto& [u, v, w] = fluid.velocity;
+  Field<float>&u = fluid.velocity.u, &v = fluid.velocity.v;
   for_each_place(u, [&](int x, int y, int z) { u(x, y, z) = static_cast<float>(.5 - x * h); });
   for_each_place(v, [&](int x, int y, int z) { v(x, y, z) = static_cast<float>(y * h - .5); });
   Moving moving(fluid, {.gravity = {0, 0, 0}, .frame = frame});

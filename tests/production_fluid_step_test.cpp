@@ -147,7 +147,7 @@ void expect_near(const Vector3<double>& a, const Vector3<double>& b) {
 // The velocity is that of a turn, once in 2 pi s: half a turn takes the ball to the other side of the middle.
 TEST(ProductionFluidStep, AGivenVelocityIsFollowed) {
   Fluid<float> fluid = ball({.5, .7, .5});
-  auto& [u, v, w] = fluid.velocity;
+  Field<float>&u = fluid.velocity.u, &v = fluid.velocity.v;
   for_each_place(u, [&](int x, int y, int z) { u(x, y, z) = float(.5 - (y + .5) / 32); });
   for_each_place(v, [&](int x, int y, int z) { v(x, y, z) = float((x + .5) / 32 - .5); });
   Moving<float> moving(fluid, {.gravity = {0, 0, 0}, .frame = std::acos(-1.) / 20, .given = true});
