@@ -132,7 +132,7 @@ def draw(rows):
     right.axvline(PAPER_AT_64, color=style.GREY, linestyle=":", label="paper: all modules together")
     right.set_xlim(0, 1.15 * max(PAPER_AT_64, *(r["modelled_speed_up"] for r in rows)))
     right.set_xlabel(f"gain of {rows[0]['cores']} cores, modelled")
-    right.legend(loc="lower right")
+    right.legend(loc="center right")
     for axis in (left, right):
         axis.grid(axis="y", visible=False)
     left.set_yticks(places, [r["module"] for r in rows])
