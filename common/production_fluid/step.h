@@ -33,6 +33,9 @@
 //          Enright, Marschner and Fedkiw, Animation and rendering of complex water surfaces, SIGGRAPH 2002.
 #pragma once
 
+#include <cmath>
+#include <numbers>
+
 #include "common/production_fluid/liquid.h"
 
 namespace lockstep::production_fluid {
@@ -56,8 +59,13 @@ Step<float> step_multigrid, step_mic, step_marching;
 
 inline int frames_between_reseeding(const Model& model) { return model.sources.empty() ? 20 : 1; }
 
-// The length of the next substep, s: the longest that is allowed, or what is left of the frame. Two last substeps are
-// of about equal length, so that none is tiny.
+// What a given velocity is multiplied by at a time, s since the first frame began.
+inline double factor_of_given(const Model& model, double time) {
+  return model.period > 0 ? std::cos(std::numbers::pi * time / model.period) : 1;
+}
+
+// The length of the next substep, s: the longest that is allowed, or what is left of the frame. The last two substeps
+// are of about equal length, so that none is tiny.
 inline double next_substep(double longest, double left) {
   if (longest >= left) return left;
   return 2 * longest >= left ? .51 * left : longest;

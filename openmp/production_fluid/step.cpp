@@ -6,8 +6,8 @@
 // The contract stands in common/production_fluid/step.h.
 #include "common/production_fluid/step.h"
 
+#include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "common/production_fluid/add_sources.h"
@@ -133,8 +133,7 @@ void step(const Model& model, const Forms& forms, Liquid<Real>& liquid, StepMemo
     dt = next_substep(time_step(fastest, static_cast<Real>(std::sqrt(dot(g, g))), static_cast<Real>(model.cfl)), left);
     const double now = (liquid.frames + 1) * model.frame - left;
     if (model.given) {
-      const double middle = now + .5 * dt;
-      const double factor = model.period > 0 ? std::cos(std::numbers::pi * middle / model.period) : 1;
+      const double factor = factor_of_given(model, now + .5 * dt);
       set_velocity(memory.given, static_cast<Real>(factor), liquid.fluid.velocity);
     }
     done(Module::time_step);

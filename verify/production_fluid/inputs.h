@@ -20,8 +20,8 @@ std::shared_ptr<const Inputs> inputs(const std::string& path);
 // The scene's velocity, with padding that shows whether a kernel has written it.
 production_fluid::Faces<float> velocity(const Inputs& in);
 
-inline constexpr production_fluid::PressureSettings pressure_settings = {
-    .modification = {.tau = .97, .sigma = .25}, .stop = {.tolerance = 1e-6, .iterations = 400}};
+// Those of a step.
+inline const production_fluid::PressureSettings pressure_settings = production_fluid::Model{}.pressure;
 
 // The solution of the system by the serial text.
 std::shared_ptr<const Array<double>> pressure(const std::string& path);
