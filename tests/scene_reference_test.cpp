@@ -160,7 +160,8 @@ std::uint64_t hash_of_scene(const std::string& domain, const std::string& path) 
     const production_fluid::Scene s = production_fluid::load_scene(path);
     const production_fluid::Model& m = s.model;
     std::uint64_t hash = hash_all(s.fluid.nx, s.fluid.ny, s.fluid.nz, s.fluid.spacing, s.fluid.open_top,
-                                  hash_of(s.fluid), m.gravity, m.frame, m.per_block, m.given, m.period, s.frames);
+                                  hash_of(s.fluid), m.gravity, m.frame, m.per_block, m.given, m.period, s.frames,
+                                  s.volume_bound);
     for (const auto& source : m.sources) hash += hash_all(source.centre, source.radius, source.velocity, source.until);
     return hash;
   }

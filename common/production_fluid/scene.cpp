@@ -235,7 +235,8 @@ Model read_model(const toml::table& scene) {
 Scene load_scene(const std::string& path) {
   const toml::table scene = read_scene(path, "production_fluid", {"kind", "cells"},
                                        {"spacing", "open_top", "flow", "given", "period", "gravity", "particles",
-                                        "frames", "frame_time", "pool", "liquid", "air", "obstacle", "mesh", "source"});
+                                        "frames", "frame_time", "volume_bound", "pool", "liquid", "air", "obstacle",
+                                        "mesh", "source"});
   const Grid grid = read_grid(scene);
   Flow* const flow = read_flow(scene);
   Scene made{.name = scene_name(path),
@@ -249,7 +250,8 @@ Scene load_scene(const std::string& path) {
                        .solid = read_obstacles(scene, grid, path),
                        .velocity = faces_of(grid, flow)},
              .model = read_model(scene),
-             .frames = whole_int(scene, "frames", 1).value_or(100)};
+             .frames = whole_int(scene, "frames", 1).value_or(100),
+             .volume_bound = number_between(scene, "volume_bound", 0, 1, "").value_or(1)};
   if (made.model.sources.empty()) require_liquid(made.fluid, scene);
   return made;
 }

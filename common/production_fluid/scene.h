@@ -12,7 +12,8 @@ struct Scene {
   std::string path;
   Fluid<float> fluid;
   Model model;
-  int frames = 0;  // to run unless told otherwise
+  int frames = 0;           // to run unless told otherwise
+  double volume_bound = 1;  // how far the volume may be off what it ought to be, as a share of that
 };
 
 // Reads a TOML scene. Throws InputError in one line, `file:line:column: what was expected`, where the file cannot be

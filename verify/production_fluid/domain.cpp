@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <numbers>
 
 #include "common/production_fluid/scene.h"
 #include "common/production_fluid/vtk.h"
@@ -68,22 +69,43 @@ std::string summary_of(const Running& run) {
   return text + modules + ' ' + part;
 }
 
-// Particles outside obstacles and inside the box, drops inside the box: as the contracts say.
-std::string fault_of(const Liquid<float>& liquid) {
+// What there is without an error: the liquid of the start, and a cylinder from each source.
+double volume_without_error(const Running& run) {
+  double volume = run.volume_at_start;
+  const double now = run.liquid.frames * run.scene.model.frame;
+  for (const Source& s : run.scene.model.sources)
+    volume += std::numbers::pi * s.radius * s.radius * std::sqrt(dot(s.velocity, s.velocity)) * std::min(s.until, now);
+  return volume;
+}
+
+std::string fault_of_volume(const Running& run) {
+  const double volume = volume_of(run.liquid.fluid), wanted = volume_without_error(run);
+  if (std::abs(volume - wanted) <= run.scene.volume_bound * wanted) return "";
+  char text[120];
+  std::snprintf(text, sizeof text, "the volume is %.4g m^3, expected %.4g within %.3g %%", volume, wanted,
+                100 * run.scene.volume_bound);
+  return text;
+}
+
+// Particles outside obstacles and inside the box, drops inside the box: as the contracts say. The volume within the
+// scene's bound.
+std::string fault_of(const Running& run) {
+  const Liquid<float>& liquid = run.liquid;
   if (const std::string fault = first_not_finite(liquid); !fault.empty()) return fault;
   const Fluid<float>& fluid = liquid.fluid;
   const float h = fluid.spacing;
   const auto in_box = [&](const Vector3<float>& p) {
     return p.x >= 0 && p.y >= 0 && p.z >= 0 && p.x <= h * fluid.nx && p.y <= h * fluid.ny && p.z <= h * fluid.nz;
   };
-  const std::string fault =
+  const std::string lost =
       first_fault("particle ", liquid.particles.count, " is outside the box or in an obstacle", [&](int i) {
         const Vector3<float> p = load(liquid.particles.position, i);
         return in_box(p) && !(sample<std::int32_t>(fluid.solid, first_centre, (1 / h) * p) < 0);
       });
-  if (!fault.empty()) return fault;
-  return first_fault("drop ", liquid.spray.count, " is outside the box",
-                     [&](int i) { return in_box(load(liquid.spray.position, i)); });
+  if (!lost.empty()) return lost;
+  const std::string lost_drop = first_fault("drop ", liquid.spray.count, " is outside the box",
+                                            [&](int i) { return in_box(load(liquid.spray.position, i)); });
+  return lost_drop.empty() ? fault_of_volume(run) : lost_drop;
 }
 
 Simulation simulation(const RunOptions& options) {
@@ -119,7 +141,7 @@ Simulation simulation(const RunOptions& options) {
       .write_state = nullptr,
       .state_formats = {},
       .state = state,
-      .fault = [run] { return fault_of(run->liquid); },
+      .fault = [run] { return fault_of(*run); },
       .summary = [run] { return summary_of(*run); },
   };
 }
