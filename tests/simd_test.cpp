@@ -204,6 +204,15 @@ TEST(Simd, ReductionsFollowTheTree) {
   }
 }
 
+// The low four bits of an index count.
+TEST(Simd, Permutes) {
+  const floatv v = to_float(lane_index());
+  for (int shift = -40; shift < 40; ++shift) {
+    const floatv permuted = permute(v, 7 * lane_index() + shift);
+    for (int l = 0; l < lanes; ++l) EXPECT_EQ(values(permuted)[l], (7 * l + shift) & 15);
+  }
+}
+
 TEST(Simd, ShiftsByOneLane) {
   const floatv v = to_float(lane_index());
   for (int l = 0; l < lanes; ++l) {

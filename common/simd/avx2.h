@@ -326,6 +326,15 @@ LOCKSTEP_INLINE floatv compress(maskv mask, floatv v) {
   return {as_float(front.lo), as_float(front.hi)};
 }
 
+// A permutation takes the low three bits of an index; the fourth, moved to the sign, says of which half.
+LOCKSTEP_INLINE floatv permute(floatv v, intv index) {
+  const auto from_both = [&](__m256i i) {
+    return _mm256_blendv_ps(_mm256_permutevar8x32_ps(v.lo, i), _mm256_permutevar8x32_ps(v.hi, i),
+                            _mm256_castsi256_ps(_mm256_slli_epi32(i, 28)));
+  };
+  return {from_both(index.lo), from_both(index.hi)};
+}
+
 LOCKSTEP_INLINE floatv shift_up(floatv v, float first) {
   const __m256i up = _mm256_setr_epi32(7, 0, 1, 2, 3, 4, 5, 6);
   const __m256 lo = _mm256_permutevar8x32_ps(v.lo, up), hi = _mm256_permutevar8x32_ps(v.hi, up);

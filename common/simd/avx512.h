@@ -239,6 +239,8 @@ LOCKSTEP_INLINE intv select(maskv mask, intv a, intv b) { return _mm512_mask_ble
 LOCKSTEP_INLINE floatv compress(maskv mask, floatv v) { return _mm512_maskz_compress_ps(mask.m, v.v); }
 LOCKSTEP_INLINE intv compress(maskv mask, intv v) { return _mm512_maskz_compress_epi32(mask.m, v.v); }
 
+LOCKSTEP_INLINE floatv permute(floatv v, intv index) { return _mm512_permutexvar_ps(index.v, v.v); }
+
 LOCKSTEP_INLINE floatv shift_up(floatv v, float first) {
   return _mm512_castsi512_ps(
       _mm512_alignr_epi32(_mm512_castps_si512(v.v), _mm512_castps_si512(_mm512_set1_ps(first)), 15));

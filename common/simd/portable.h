@@ -335,6 +335,10 @@ LOCKSTEP_INLINE V compress_lanes(maskv mask, V v) {
 LOCKSTEP_INLINE floatv compress(maskv mask, floatv v) { return compress_lanes(mask, v); }
 LOCKSTEP_INLINE intv compress(maskv mask, intv v) { return compress_lanes(mask, v); }
 
+LOCKSTEP_INLINE floatv permute(floatv v, intv index) {
+  return float_lanes([&](int l) { return v.lane[index.lane[l] & 15]; });
+}
+
 LOCKSTEP_INLINE floatv shift_up(floatv v, float first) {
   return float_lanes([&](int l) { return l > 0 ? v.lane[l - 1] : first; });
 }

@@ -1,7 +1,7 @@
 // Puts particles in the order of their blocks.
 //
 // Counts of all blocks, of every thread, would be larger than the particles. So threads first sort by the line of the
-// block, together; then each line is one thread's, who sorts it by x.
+// block, together; then each line is one thread's, who sorts it by x. Lanes find the blocks.
 //
 // The contract stands in common/production_fluid/sort_particles.h.
 #include "common/production_fluid/sort_particles.h"
@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "common/real.h"
 #include "common/simd.h"
@@ -22,39 +23,60 @@ namespace {
 using namespace lockstep::openmp;
 using Index = intv;
 
-// Where particles are: in which line of blocks, and where in it.
-struct Places {
-  Array<std::int32_t> line, x;
+// The block along one axis of sixteen coordinates.
+intv block_along(const floatv& x, const Field<Real>& phi, int n) {
+  return place<Index>(floatv(1 / phi.spacing) * x - floatv(.5f), n).first;
+}
 
-  explicit Places(int count) : line(padded(count)), x(padded(count)) {}
-};
-
-void find_places(const Field<Real>& phi, const Particles<Real>& particles, int begin, int end, Places& places) {
-  const Real per_spacing = 1 / phi.spacing;
+// Calls visit(particle, line of blocks) for particles begin .. end - 1.
+template <class Visit>
+void for_each_line_of(const Field<Real>& phi, const Particles<Real>& particles, int begin, int end,
+                      const Visit& visit) {
   const auto& [px, py, pz] = particles.position;
   for (int i = begin; i < end; i += lanes) {
-    const auto block = [per_spacing](const Array<Real>& p, int k, int n) {
-      return place<Index>(floatv(per_spacing) * load(&p[k]) - floatv(.5f), n).first;
-    };
-    const maskv mine = first_lanes(end - i);
-    store(&places.x[i], block(px, i, phi.nx), mine);
-    store(&places.line[i], block(py, i, phi.ny) + phi.ny * block(pz, i, phi.nz), mine);
+    alignas(64) std::int32_t line[lanes];
+    store(line, block_along(load(&py[i]), phi, phi.ny) + phi.ny * block_along(load(&pz[i]), phi, phi.nz));
+    for (int lane = 0; lane < std::min(lanes, end - i); ++lane) visit(i + lane, line[lane]);
   }
 }
 
-// Sorts particles order[begin], ..., order[end - 1], those of a line, into places begin .. end - 1. `next` has room for
-// the blocks of a line and one more.
-void sort_line(const Particles<Real>& particles, const Places& places, const std::int32_t* order, int begin, int end,
-               int blocks, std::int32_t* next, std::int32_t* first, Particles<Real>& sorted) {
-  std::fill_n(next, blocks, 0);
-  for (int k = begin; k < end; ++k) ++next[places.x[order[k]]];
-  std::int32_t sum = begin;
-  for (int block = 0; block < blocks; ++block) sum += std::exchange(next[block], sum);
-  std::copy_n(next, blocks, first);
-  for (int k = begin; k < end; ++k) {
-    const int i = order[k], to = next[places.x[i]]++;
-    store(sorted.position, to, load(particles.position, i));
-    sorted.radius[to] = particles.radius[i], sorted.sign[to] = particles.sign[i];
+// What a thread needs to sort a line; it grows with the longest.
+struct Scratch {
+  Array<Real> at;                   // where along x each particle is, m
+  Array<std::int32_t> block, rank;  // each particle's block, and how many of that block come before it
+  Array<std::int32_t> from;         // which particle comes first, second, ...
+  std::vector<std::int32_t> begin;  // where each block begins
+
+  void make_room(int count, int blocks) {
+    if (from.size() < padded(count)) {
+      at.resize(padded(count));
+      for (Array<std::int32_t>* array : {&block, &rank, &from}) array->resize(padded(count));
+    }
+    begin.assign(blocks, 0);
+  }
+};
+
+// Sorts particles order[0], ..., order[count - 1], those of a line, by x, into places begin .. begin + count - 1. Only
+// while it counts does a particle wait for the one before it.
+void sort_line(const Field<Real>& phi, const Particles<Real>& particles, const std::int32_t* order, int begin,
+               int count, Scratch& scratch, std::int32_t* first, Particles<Real>& sorted) {
+  scratch.make_room(count, phi.nx);
+  Real* const at = scratch.at.data();
+  std::int32_t *const block = scratch.block.data(), *const rank = scratch.rank.data(),
+                      *const from = scratch.from.data(), *const next = scratch.begin.data();
+  for (int k = 0; k < count; ++k) at[k] = particles.position.x[order[k]];
+  for (int k = 0; k < count; k += lanes) store(block + k, block_along(load(at + k), phi, phi.nx));
+  for (int k = 0; k < count; ++k) rank[k] = next[block[k]]++;
+  std::int32_t sum = 0;
+  for (int x = 0; x < phi.nx; ++x) {
+    first[x] = begin + sum;
+    sum += std::exchange(next[x], sum);
+  }
+  for (int k = 0; k < count; ++k) from[next[block[k]] + rank[k]] = order[k];
+  for (int k = 0; k < count; ++k) {
+    const int i = from[k], place = begin + k;
+    store(sorted.position, place, load(particles.position, i));
+    sorted.radius[place] = particles.radius[i], sorted.sign[place] = particles.sign[i];
   }
 }
 
@@ -64,31 +86,26 @@ void sort_particles(const Field<Real>& phi, const Particles<Real>& particles, Pa
   const int count = particles.count, blocks = phi.nx, lines = phi.ny * phi.nz;
   resize(sorted, count);
   sorted.first.resize(std::size_t(lines) * blocks + 1);
-  Places places(count);
-  Array<std::int32_t> order(padded(count)), begin(lines + 1);
+  const auto order = std::make_unique_for_overwrite<std::int32_t[]>(padded(count));
+  Array<std::int32_t> begin(lines + 1);
   CountingSort sort(lines);
   Failure failure;
   // Each thread sorts its own share of the particles by line (openmp/counting_sort.h); then each line is an iteration,
   // which alone writes the line's particles.
 #pragma omp parallel
   {
-    std::unique_ptr<std::int32_t[]> next;
-    failure.guard([&] { next = std::make_unique_for_overwrite<std::int32_t[]>(blocks); });
     const Share mine = my_share(count);
-    find_places(phi, particles, mine.begin, mine.end, places);
-    sort(
-        [&](const auto& visit) {
-          for (int i = mine.begin; i < mine.end; ++i) visit(i, places.line[i]);
-        },
-        [&](int i, int place) { order[place] = i; }, begin.data());
+    sort([&](const auto& visit) { for_each_line_of(phi, particles, mine.begin, mine.end, visit); },
+         [&](int i, int place) { order[place] = i; }, begin.data());
+    Scratch scratch;
     // Behind this barrier, order and begin are complete.
 #pragma omp barrier
-    if (!failure.happened()) {
 #pragma omp for schedule(dynamic, 32)
-      for (int line = 0; line < lines; ++line)
-        sort_line(particles, places, order.data(), begin[line], begin[line + 1], blocks, next.get(),
+    for (int line = 0; line < lines; ++line)
+      failure.guard([&] {
+        sort_line(phi, particles, &order[begin[line]], begin[line], begin[line + 1] - begin[line], scratch,
                   &sorted.first[std::size_t(line) * blocks], sorted);
-    }
+      });
   }
   failure.rethrow();
   sorted.first.back() = count;

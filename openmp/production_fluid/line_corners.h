@@ -1,0 +1,52 @@
+// The corners of the cells in which sixteen particles lie, for particles of which many are near one another.
+//
+// Particles are sorted by block, along x first, and move by less than a cell until they are sorted again. So the cells
+// of sixteen begin on one to four lines of a field, within sixteen values of each other. Lanes of one line are served
+// together: each of the four lines around their cells is loaded once, and each lane takes its two values out of the
+// register. Wherever particles are, the corners are right; if they are far apart, scattered_corners.h is faster.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+
+#include "common/production_fluid/trace.h"
+#include "common/simd.h"
+
+namespace lockstep::production_fluid {
+
+// Of several fields, each with cells of its own. How many lines there are is hard to predict for the processor; it
+// pays for that once if the fields share a loop.
+template <int count>
+LOCKSTEP_INLINE void load_line_corners(const Field<float>* const (&fields)[count], const Cell<intv> (&cells)[count],
+                                       Corners<floatv> (&corners)[count]) {
+  constexpr int before = 4;  // so many cells before that of the first lane that is left are served with it
+  alignas(64) std::int32_t first[count][lanes], to_line[count][lanes], to_plane[count][lanes];
+  std::uint32_t left[count], any_left;
+  for (int f = 0; f < count; ++f) {
+    store(first[f], cells[f].first), store(to_line[f], cells[f].to_line), store(to_plane[f], cells[f].to_plane);
+    left[f] = 0xffff;
+  }
+  do {
+    any_left = 0;
+    for (int f = 0; f < count; ++f) {
+      // A field that has no lane left serves its last lane again.
+      const int lane = std::countr_zero(left[f] | 0x8000), begin = first[f][lane] - before;
+      // Between two lines is more padding than there are lanes, so these cells are of one line.
+      const intv x = cells[f].first - begin;
+      const maskv together = (x >= 0) & (x < lanes - 1);
+      const auto take = [&](int line, const float* from) {
+        const floatv values = load(from);
+        where(together, corners[f].value[2 * line]) = permute(values, x);
+        where(together, corners[f].value[2 * line + 1]) = permute(values, x + 1);
+      };
+      const float* const line = &fields[f]->value[fields[f]->index(0, 0, 0)] + begin;
+      const float* const next = line + to_line[f][lane];
+      const std::int32_t plane = to_plane[f][lane];
+      take(0, line), take(1, next), take(2, line + plane), take(3, next + plane);
+      left[f] &= ~bits(together);
+      any_left |= left[f];
+    }
+  } while (any_left);
+}
+
+}  // namespace lockstep::production_fluid
