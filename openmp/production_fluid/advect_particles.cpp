@@ -16,25 +16,12 @@ namespace {
 
 using Index = intv;
 
-// As production_fluid::velocity_at, with the corners of all three components loaded together.
-Vector3<floatv> velocity_at(const Faces<Real>& faces, const Vector3<floatv>& at) {
-  const auto& [u, v, w] = faces;
-  const Spot<floatv, Index> spots[] = {spot_of<Index>(u, first_u, at), spot_of<Index>(v, first_v, at),
-                                       spot_of<Index>(w, first_w, at)};
-  Corners<floatv> corners[3];
-  load_line_corners({&u, &v, &w}, {spots[0].cell, spots[1].cell, spots[2].cell}, corners);
-  const auto component = [&](int k) {
-    const auto& [x, y, z] = spots[k].along;
-    return interpolate(corners[k], x, y, z);
-  };
-  return {component(0), component(1), component(2)};
-}
-
 Vector3<floatv> moved(const Vector3<floatv>& p, const Faces<Real>& faces, Real dt) {
   const Real per_spacing = 1 / faces.u.spacing;
-  const Vector3<floatv> at = floatv(per_spacing) * p, velocity = velocity_at(faces, at);
+  const LineCorners load;
+  const Vector3<floatv> at = floatv(per_spacing) * p, velocity = velocity_at<Index>(faces, at, load);
   const Vector3<floatv> ahead = at + floatv(dt * per_spacing) * velocity;
-  return p + floatv(Real(.5) * dt) * (velocity + velocity_at(faces, ahead));
+  return p + floatv(Real(.5) * dt) * (velocity + velocity_at<Index>(faces, ahead, load));
 }
 
 Vector3<floatv> pushed_out(const Vector3<floatv>& p, const Field<Real>& solid, Real margin) {

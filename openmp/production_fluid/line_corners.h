@@ -49,4 +49,21 @@ LOCKSTEP_INLINE void load_line_corners(const Field<float>* const (&fields)[count
   } while (any_left);
 }
 
+// Tells velocity_at to load corners so.
+struct LineCorners {};
+
+template <class Index>
+inline Vector3<floatv> velocity_at(const Faces<float>& faces, const Vector3<floatv>& at, const LineCorners&) {
+  const auto& [u, v, w] = faces;
+  const Spot<floatv, Index> spots[] = {spot_of<Index>(u, first_u, at), spot_of<Index>(v, first_v, at),
+                                       spot_of<Index>(w, first_w, at)};
+  Corners<floatv> corners[3];
+  load_line_corners({&u, &v, &w}, {spots[0].cell, spots[1].cell, spots[2].cell}, corners);
+  const auto component = [&](int k) {
+    const auto& [x, y, z] = spots[k].along;
+    return interpolate(corners[k], x, y, z);
+  };
+  return {component(0), component(1), component(2)};
+}
+
 }  // namespace lockstep::production_fluid
