@@ -33,7 +33,8 @@ Fluid<float> fluid_of(int nx, int ny, int nz, const Phi& phi) {
 Field<float> corrected(CorrectLevelSet<float>* correct, const Fluid<float>& fluid, const Particles<float>& particles) {
   Field<float> result = fluid.phi;
   std::ranges::fill(result.value, poison);
-  correct(fluid.phi, particles, result);
+  for_each_place(result, [&](int x, int y, int z) { result(x, y, z) = fluid.phi(x, y, z); });
+  correct(particles, result);
   return result;
 }
 

@@ -6,12 +6,12 @@
 //   phi_p(c) = s (r - |c - x|),  s its sign, r its radius, x its position.
 //
 // phi+ is the greatest of phi and of phi_p of the escaped particles of air, phi- the least of phi and of those of
-// liquid. Then corrected = the one of less magnitude, phi+ where they are equal. Where no particle has escaped, phi
-// keeps its bits. All particles are tested against phi, so neither their order nor what others correct makes a
-// difference.
+// liquid. Then phi becomes the one of less magnitude, phi+ where they are equal. Where no particle has escaped, phi
+// keeps its bits. All particles are tested against phi as it was, so neither their order nor what others correct makes
+// a difference.
 //
-// In:      phi, finite; particles, sorted: `first` holds.
-// Out:     corrected, of phi's shape, another array: every cell; padding stays as it is.
+// In:      particles, sorted: `first` holds.
+// In, out: phi, finite; its padding stays as it is.
 // Source:  Enright, Fedkiw, Ferziger and Mitchell, J. Comput. Phys. 183 (2002); [ITJ07] "Production Fluid".
 #pragma once
 
@@ -23,7 +23,7 @@
 namespace lockstep::production_fluid {
 
 template <class Real>
-using CorrectLevelSet = void(const Field<Real>& phi, const Particles<Real>& particles, Field<Real>& corrected);
+using CorrectLevelSet = void(const Particles<Real>& particles, Field<Real>& phi);
 
 namespace serial {
 CorrectLevelSet<float> correct_level_set;

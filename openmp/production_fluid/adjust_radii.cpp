@@ -7,7 +7,7 @@
 #include "common/production_fluid/trace.h"
 #include "common/real.h"
 #include "common/simd.h"
-#include "openmp/production_fluid/scattered_corners.h"
+#include "openmp/production_fluid/line_corners.h"
 
 namespace lockstep::production_fluid::openmp {
 
@@ -19,7 +19,7 @@ void adjust_radii(const Field<Real>& phi, Particles<Real>& particles) {
 #pragma omp parallel for schedule(static)
   for (int i = 0; i < count; i += lanes) {
     const Vector3<floatv> at = floatv(1 / phi.spacing) * Vector3<floatv>{load(x + i), load(y + i), load(z + i)};
-    const floatv here = sample<intv>(phi, first_centre, at, ScatteredCorners());
+    const floatv here = sample<intv>(phi, first_centre, at, LineCorners());
     store(&particles.radius[i], radius_of(load(&particles.sign[i]), here, floatv(phi.spacing)), first_lanes(count - i));
   }
 }

@@ -1,117 +1,134 @@
 // Lets escaped particles put the level set right.
 //
-// Few particles have escaped. First they are found, sixteen at a time, line by line of blocks. Then each line of cells
-// asks the escaped ones of the four lines of blocks around it: cells own the result, so no two threads write to one,
-// and a line that none is near is copied.
+// Few particles have escaped. First they are found, sixteen at a time, and moved side by side (openmp/compaction.h).
+// Then each line of cells asks the escaped ones of the four lines of blocks around it: cells own the result, so no two
+// threads write to one, and a line that none is near is not touched.
 //
 // The contract stands in common/production_fluid/correct_level_set.h.
 #include "common/production_fluid/correct_level_set.h"
 
 #include <algorithm>
-#include <bit>
+#include <cstdint>
+#include <memory>
 
 #include "common/real.h"
 #include "common/simd.h"
+#include "openmp/compaction.h"
 #include "openmp/failure.h"
-#include "openmp/production_fluid/scattered_corners.h"
+#include "openmp/production_fluid/line_corners.h"
 
 namespace lockstep::production_fluid::openmp {
 namespace {
 
 using namespace lockstep::openmp;
+using Index = intv;
 
-// The escaped particles of each line of blocks: particle[first .. first + count[line] - 1], where `first` is the line's
-// first particle.
-struct Escaped {
-  Array<std::int32_t> particle, count;
-};
-
-int find_escaped(const Field<Real>& phi, const Particles<Real>& particles, int begin, int end, std::int32_t* found) {
+// Whether particles i .. i + 15 have escaped.
+maskv have_escaped(const Field<Real>& phi, const Particles<Real>& particles, int i) {
   const auto& [px, py, pz] = particles.position;
-  const floatv per_spacing = 1 / phi.spacing;
-  int count = 0;
-  for (int i = begin; i < end; i += lanes) {
-    const Vector3<floatv> at = per_spacing * Vector3<floatv>{load(&px[i]), load(&py[i]), load(&pz[i])};
-    const floatv here = sample<intv>(phi, first_centre, at, ScatteredCorners());
-    const maskv escaped = has_escaped(load(&particles.sign[i]), here, load(&particles.radius[i]));
-    for (std::uint32_t left = bits(escaped & first_lanes(end - i)); left; left &= left - 1)
-      found[count++] = i + std::countr_zero(left);
-  }
-  return count;
+  const Vector3<floatv> at = floatv(1 / phi.spacing) * Vector3<floatv>{load(&px[i]), load(&py[i]), load(&pz[i])};
+  const floatv here = sample<Index>(phi, first_centre, at, LineCorners());
+  return has_escaped(load(&particles.sign[i]), here, load(&particles.radius[i]));
 }
+
+// The escaped particles, in the order of all. Threads are the first to touch this memory, each its own part.
+struct Escaped {
+  std::size_t room;
+  std::unique_ptr<Real[]> value;
+
+  explicit Escaped(int count) : room(padded(count)), value(std::make_unique_for_overwrite<Real[]>(5 * room)) {}
+  Real* column(int k) const { return &value[k * room]; }
+  Real* x() const { return column(0); }
+  Real* y() const { return column(1); }
+  Real* z() const { return column(2); }
+  Real* radius() const { return column(3); }
+  Real* sign() const { return column(4); }
+};
 
 // A line of cells, by the escaped particles of the lines of blocks at y - 1 and y, z - 1 and z.
 class LineOfCells {
  public:
-  LineOfCells(const Field<Real>& phi, const Particles<Real>& particles, const Escaped& escaped)
-      : phi_(phi), particles_(particles), escaped_(escaped) {}
+  LineOfCells(const Particles<Real>& particles, const Compaction& chosen, const Escaped& escaped, Field<Real>& phi)
+      : particles_(particles), chosen_(chosen), escaped_(escaped), phi_(phi) {}
 
-  void correct(int y, int z, Real* minus, Real* corrected) const {
-    const Real* const before = &phi_(0, y, z);
-    std::copy_n(before, phi_.nx, corrected);  // phi+
-    if (!any_around(y, z)) return;
-    std::copy_n(before, phi_.nx, minus);
-    for_each_around(y, z, [&](int i) { apply(i, y, z, corrected, minus); });
-    for (int x = 0; x < phi_.nx; ++x) corrected[x] = of_less_magnitude(corrected[x], minus[x]);
+  void correct(int y, int z, Real* minus) const {
+    Real* const plus = &phi_(0, y, z);
+    const int nx = phi_.nx;
+    bool any = false;
+    for (int bz = std::max(z - 1, 0); bz <= z; ++bz) {
+      const std::size_t line = std::max(y - 1, 0) + std::size_t(phi_.ny) * bz, behind = y + 1 + std::size_t(phi_.ny) * bz;
+      const int begin = particles_.first[line * nx], end = particles_.first[behind * nx];
+      if (begin == end) continue;
+      const int first = chosen_.before_any(begin), last = chosen_.before_any(end);
+      if (first == last) continue;
+      if (!any) std::copy_n(plus, nx, minus);
+      any = true;
+      for (int i = first; i < last; i += lanes) apply(i, std::min(i + lanes, last), y, z, plus, minus);
+    }
+    if (!any) return;
+    for (int x = 0; x < nx; x += lanes)
+      store(plus + x, of_less_magnitude(load(plus + x), load(minus + x)), first_lanes(nx - x));
   }
 
  private:
-  template <class F>
-  void for_each_line_around(int y, int z, const F& f) const {
-    for (int bz = std::max(z - 1, 0); bz <= z; ++bz)
-      for (int by = std::max(y - 1, 0); by <= y; ++by) f(by + phi_.ny * bz);
-  }
-  bool any_around(int y, int z) const {
-    bool any = false;
-    for_each_line_around(y, z, [&](int line) { any |= escaped_.count[line] > 0; });
-    return any;
-  }
-  template <class F>
-  void for_each_around(int y, int z, const F& f) const {
-    for_each_line_around(y, z, [&](int line) {
-      const int first = particles_.first[std::size_t(line) * phi_.nx];
-      for (int k = first; k < first + escaped_.count[line]; ++k) f(escaped_.particle[k]);
-    });
-  }
-  void apply(int i, int y, int z, Real* plus, Real* minus) const {
-    const Real sign = particles_.sign[i], radius = particles_.radius[i];
-    const Vector3<Real> at = (1 / phi_.spacing) * load(particles_.position, i);
-    const int first = place<std::int32_t>(at.x - Real(.5), phi_.nx).first;
-    for (int x = first; x < std::min(first + 2, phi_.nx); ++x) {
-      const Vector3<Real> centre = {to_float(x) + Real(.5), to_float(y) + Real(.5), to_float(z) + Real(.5)};
-      correct_centre(sign, level_of_ball(sign, radius, centre - at, phi_.spacing), plus[x], minus[x]);
+  // Escaped particles i .. end - 1, at most sixteen: what they say of the two centres beside each is found at once.
+  void apply(int i, int end, int y, int z, Real* plus, Real* minus) const {
+    const floatv per_spacing = 1 / phi_.spacing, half = .5f;
+    const Vector3<floatv> at =
+        per_spacing * Vector3<floatv>{load(escaped_.x() + i), load(escaped_.y() + i), load(escaped_.z() + i)};
+    const intv cell = place<Index>(at.x - half, phi_.nx).first;
+    alignas(64) Real level[2][lanes];
+    alignas(64) std::int32_t first[lanes];
+    store(first, cell);
+    for (int k = 0; k < 2; ++k) {
+      const Vector3<floatv> centre = {to_float(cell + k) + half, to_float(intv(y)) + half, to_float(intv(z)) + half};
+      store(level[k], level_of_ball(load(escaped_.sign() + i), load(escaped_.radius() + i), centre - at,
+                                    floatv(phi_.spacing)));
     }
+    for (int l = 0; l < end - i; ++l)
+      for (int k = 0; k < 2 && first[l] + k < phi_.nx; ++k)
+        correct_centre(escaped_.sign()[i + l], level[k][l], plus[first[l] + k], minus[first[l] + k]);
   }
 
-  const Field<Real>& phi_;
   const Particles<Real>& particles_;
+  const Compaction& chosen_;
   const Escaped& escaped_;
+  Field<Real>& phi_;
 };
 
 }  // namespace
 
-void correct_level_set(const Field<Real>& phi, const Particles<Real>& particles, Field<Real>& corrected) {
+void correct_level_set(const Particles<Real>& particles, Field<Real>& phi) {
+  Compaction chosen(particles.count);
+  // A chunk chooses among its own particles, from a field that none writes yet.
+#pragma omp parallel for schedule(static)
+  for (int chunk = 0; chunk < chosen.chunks(); ++chunk)
+    chosen.for_each_sixteen(chunk, [&](int i) { chosen.choose(i, have_escaped(phi, particles, i)); });
+  const Escaped escaped(chosen.add_up());
+  const LineOfCells line_of_cells(particles, chosen, escaped, phi);
+  const Vectors<Real>& p = particles.position;
   const int lines = phi.ny * phi.nz;
-  Escaped escaped = {Array<std::int32_t>(padded(particles.count)), Array<std::int32_t>(lines)};
-  const LineOfCells line_of_cells(phi, particles, escaped);
   Failure failure;
 #pragma omp parallel
   {
     Array<Real> minus;
-    failure.guard([&] { minus.resize(phi.nx); });
-    // A line of blocks writes its own part of the list. Lines differ in how many particles they have.
-#pragma omp for schedule(dynamic, 16)
-    for (int line = 0; line < lines; ++line) {
-      const std::int32_t* const first = &particles.first[std::size_t(line) * phi.nx];
-      escaped.count[line] = find_escaped(phi, particles, first[0], first[phi.nx], &escaped.particle[first[0]]);
-    }
+    failure.guard([&] { minus.resize(padded(phi.nx)); });
+    // A chunk's escaped ones go to places of their own.
+#pragma omp for schedule(static)
+    for (int chunk = 0; chunk < chosen.chunks(); ++chunk)
+      chosen.for_each_sixteen(chunk, [&](int i) {
+        if (chosen.which(i) == 0) return;
+        chosen.move(i, {{p.x.data(), escaped.x()},
+                        {p.y.data(), escaped.y()},
+                        {p.z.data(), escaped.z()},
+                        {particles.radius.data(), escaped.radius()},
+                        {particles.sign.data(), escaped.sign()}});
+      });
     if (!failure.happened()) {
-      // A line of cells is one iteration's. The lists are complete: the loop before ends with a barrier.
+      // A line of cells is one iteration's, which alone writes it. The escaped ones are complete: the loop before ends
+      // with a barrier. Lines differ in how many are near them.
 #pragma omp for schedule(dynamic, 16)
-      for (int line = 0; line < lines; ++line) {
-        const int y = line % phi.ny, z = line / phi.ny;
-        line_of_cells.correct(y, z, minus.data(), &corrected(0, y, z));
-      }
+      for (int line = 0; line < lines; ++line) line_of_cells.correct(line % phi.ny, line / phi.ny, minus.data());
     }
   }
   failure.rethrow();

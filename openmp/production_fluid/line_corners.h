@@ -14,10 +14,10 @@
 
 namespace lockstep::production_fluid {
 
-// Of several fields, each with cells of its own. How many lines there are is hard to predict for the processor; it
+// Of several fields, whose values begin at `origin`, each with cells of its own. How many lines there are is hard to predict for the processor; it
 // pays for that once if the fields share a loop.
 template <int count>
-LOCKSTEP_INLINE void load_line_corners(const Field<float>* const (&fields)[count], const Cell<intv> (&cells)[count],
+LOCKSTEP_INLINE void load_line_corners(const float* const (&origin)[count], const Cell<intv> (&cells)[count],
                                        Corners<floatv> (&corners)[count]) {
   constexpr int before = 4;  // so many cells before that of the first lane that is left are served with it
   alignas(64) std::int32_t first[count][lanes], to_line[count][lanes], to_plane[count][lanes];
@@ -39,7 +39,7 @@ LOCKSTEP_INLINE void load_line_corners(const Field<float>* const (&fields)[count
         where(together, corners[f].value[2 * line]) = permute(values, x);
         where(together, corners[f].value[2 * line + 1]) = permute(values, x + 1);
       };
-      const float* const line = &fields[f]->value[fields[f]->index(0, 0, 0)] + begin;
+      const float* const line = origin[f] + begin;
       const float* const next = line + to_line[f][lane];
       const std::int32_t plane = to_plane[f][lane];
       take(0, line), take(1, next), take(2, line + plane), take(3, next + plane);
@@ -49,8 +49,14 @@ LOCKSTEP_INLINE void load_line_corners(const Field<float>* const (&fields)[count
   } while (any_left);
 }
 
-// Tells velocity_at to load corners so.
-struct LineCorners {};
+// Loads the corners in a field, as sample() wants it; and tells velocity_at to load those of its three fields together.
+struct LineCorners {
+  LOCKSTEP_INLINE Corners<floatv> operator()(const float* field, const Cell<intv>& cell) const {
+    Corners<floatv> corners[1];
+    load_line_corners({field}, {cell}, corners);
+    return corners[0];
+  }
+};
 
 template <class Index>
 inline Vector3<floatv> velocity_at(const Faces<float>& faces, const Vector3<floatv>& at, const LineCorners&) {
@@ -58,7 +64,7 @@ inline Vector3<floatv> velocity_at(const Faces<float>& faces, const Vector3<floa
   const Spot<floatv, Index> spots[] = {spot_of<Index>(u, first_u, at), spot_of<Index>(v, first_v, at),
                                        spot_of<Index>(w, first_w, at)};
   Corners<floatv> corners[3];
-  load_line_corners({&u, &v, &w}, {spots[0].cell, spots[1].cell, spots[2].cell}, corners);
+  load_line_corners({&u(0, 0, 0), &v(0, 0, 0), &w(0, 0, 0)}, {spots[0].cell, spots[1].cell, spots[2].cell}, corners);
   const auto component = [&](int k) {
     const auto& [x, y, z] = spots[k].along;
     return interpolate(corners[k], x, y, z);

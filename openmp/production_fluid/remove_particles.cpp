@@ -14,7 +14,7 @@
 #include "common/real.h"
 #include "common/simd.h"
 #include "openmp/compaction.h"
-#include "openmp/production_fluid/shared_corners.h"
+#include "openmp/production_fluid/line_corners.h"
 #include "openmp/vector_lanes.h"
 
 namespace lockstep::production_fluid::openmp {
@@ -42,15 +42,19 @@ Fate<maskv> fate_of(const Fluid<Real>& fluid, const Particles<Real>& particles, 
   const Vector3<floatv> at =
       in_cells<floatv>(fluid, {load(position.x + i), load(position.y + i), load(position.z + i)});
   const floatv sign = load(&particles.sign[i]), radius = load(&particles.radius[i]);
-  const auto [cell, along] = spot_of<Index>(fluid.phi, first_centre, at);
-  Corners<floatv> corners[2];
-  load_shared_corners({&fluid.phi, &fluid.solid}, cell, corners);
-  const floatv phi = interpolate(corners[0], along.x, along.y, along.z),
-               solid = interpolate(corners[1], along.x, along.y, along.z);
-  Fate<maskv> fate = production_fluid::fate_of(sign, radius, phi, solid, floatv(fluid.spacing));
+  const Spot<floatv, Index> spot = spot_of<Index>(fluid.phi, first_centre, at);
+  const auto corners_in = [&](const Field<Real>& field) {
+    return LineCorners()(&field.value[field.index(0, 0, 0)], spot.cell);
+  };
+  const auto [x, y, z] = spot.along;
+  const Corners<floatv> phi = corners_in(fluid.phi), solid = corners_in(fluid.solid);
+  Fate<maskv> fate = production_fluid::fate_of(sign, radius, interpolate(phi, x, y, z), interpolate(solid, x, y, z),
+                                               floatv(fluid.spacing));
+  const maskv air = fate.keep & (sign > 0.f);
+  if (none(air)) return fate;
   // Few particles are left that may be in a bubble, so they are looked at one by one.
-  const floatv of_cell = nearest(corners[0], along);
-  const maskv may_be = fate.keep & (sign > 0.f) & (of_cell > 0.f) & (of_cell < fluid.spacing) &
+  const floatv of_cell = nearest(phi, spot.along);
+  const maskv may_be = air & (of_cell > 0.f) & (of_cell < fluid.spacing) &
                        reaches_centre<Index>(fluid.phi, at, (1 / fluid.spacing) * radius);
   for (std::uint32_t rest = bits(may_be); rest != 0; rest &= rest - 1) {
     const int k = i + std::countr_zero(rest);

@@ -1,6 +1,6 @@
 // The corners of the cells in which sixteen particles lie, wherever these are: two neighbours along x by one access of
 // eight bytes a lane. Particles move a little between two sorts, and the three components have cells of their own, so
-// lanes share cells less often than at the centres (shared_corners.h).
+// lanes share cells less often than at the centres (line_corners.h).
 #pragma once
 
 #include "common/production_fluid/trace.h"

@@ -27,7 +27,7 @@ void for_each_centre(const Field<Real>& phi, const Vector3<Real>& at, const F& f
 
 }  // namespace
 
-void correct_level_set(const Field<Real>& phi, const Particles<Real>& particles, Field<Real>& corrected) {
+void correct_level_set(const Particles<Real>& particles, Field<Real>& phi) {
   Field<Real> plus = phi, minus = phi;
   for (int i = 0; i < particles.count; ++i) {
     const Real sign = particles.sign[i], radius = particles.radius[i];
@@ -41,7 +41,7 @@ void correct_level_set(const Field<Real>& phi, const Particles<Real>& particles,
   }
   for (int z = 0; z < phi.nz; ++z)
     for (int y = 0; y < phi.ny; ++y)
-      for (int x = 0; x < phi.nx; ++x) corrected(x, y, z) = of_less_magnitude(plus(x, y, z), minus(x, y, z));
+      for (int x = 0; x < phi.nx; ++x) phi(x, y, z) = of_less_magnitude(plus(x, y, z), minus(x, y, z));
 }
 
 }  // namespace lockstep::production_fluid::serial

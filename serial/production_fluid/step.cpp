@@ -91,8 +91,7 @@ void substep(const Model& model, const Forms& forms, double now, Real dt, Liquid
   const auto extend_and_correct = [&] {
     extend_level_set(memory.extension, fluid.phi);
     done(Module::extend_level_set);
-    correct_level_set(fluid.phi, particles, memory.phi);
-    std::swap(fluid.phi, memory.phi);
+    correct_level_set(particles, fluid.phi);
     done(Module::correct_level_set);
   };
   extend_and_correct();

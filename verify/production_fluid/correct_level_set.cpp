@@ -26,22 +26,18 @@ using namespace production_fluid_inputs;
 Case make(const std::string& path) {
   const auto in = inputs(path);
   const auto escaped = particles(path);
-  CorrectedLevelSet start{in->scene.fluid.phi};
-  poison(start);
-  const auto with = [in, escaped](CorrectLevelSet<float>* correct_level_set) {
-    return [in, escaped, correct_level_set](CorrectedLevelSet& corrected) {
-      correct_level_set(in->scene.fluid.phi, *escaped, corrected.phi);
-    };
+  const auto with = [escaped](CorrectLevelSet<float>* correct_level_set) {
+    return [escaped, correct_level_set](CorrectedLevelSet& corrected) { correct_level_set(*escaped, corrected.phi); };
   };
   const double n = escaped->count;
   return make_case<CorrectedLevelSet>({
-      .start = std::make_shared<const CorrectedLevelSet>(std::move(start)),
+      .start = std::make_shared<const CorrectedLevelSet>(in->scene.fluid.phi),
       .serial = with(serial::correct_level_set),
       .best_serial = nullptr,
       .openmp = with(openmp::correct_level_set),
       .compare = nullptr,
-      // A particle read, phi read and written; three into cells, three fractions, seven interpolations of 3.
-      .work = {n, "particles", 20 * n + 8 * cells_of(*in), (3 + 3 + 21 + 1) * n},
+      // A particle read, and phi of a block; three into cells, three fractions, seven interpolations of 3.
+      .work = {n, "particles", 20 * n + 4 * n / 16, (3 + 3 + 21 + 1) * n},
   });
 }
 
