@@ -31,12 +31,15 @@ maskv have_escaped(const Field<Real>& phi, const Particles<Real>& particles, int
   return has_escaped(load(&particles.sign[i]), here, load(&particles.radius[i]));
 }
 
-// The escaped particles, in the order of all. Threads are the first to touch this memory, each its own part.
+// The escaped particles, in the order of all, and where those of each line of blocks begin. Threads are the first to
+// touch the particles' memory, each its own part.
 struct Escaped {
+  Array<std::int32_t> first;
   std::size_t room;
   std::unique_ptr<Real[]> value;
 
-  explicit Escaped(int count) : room(padded(count)), value(std::make_unique_for_overwrite<Real[]>(5 * room)) {}
+  Escaped(int lines, int count)
+      : first(lines + 1), room(padded(count)), value(std::make_unique_for_overwrite<Real[]>(5 * room)) {}
   Real* column(int k) const { return &value[k * room]; }
   Real* x() const { return column(0); }
   Real* y() const { return column(1); }
@@ -48,22 +51,18 @@ struct Escaped {
 // A line of cells, by the escaped particles of the lines of blocks at y - 1 and y, z - 1 and z.
 class LineOfCells {
  public:
-  LineOfCells(const Particles<Real>& particles, const Compaction& chosen, const Escaped& escaped, Field<Real>& phi)
-      : particles_(particles), chosen_(chosen), escaped_(escaped), phi_(phi) {}
+  LineOfCells(const Escaped& escaped, Field<Real>& phi) : escaped_(escaped), phi_(phi) {}
 
   void correct(int y, int z, Real* minus) const {
     Real* const plus = &phi_(0, y, z);
     const int nx = phi_.nx;
     bool any = false;
     for (int bz = std::max(z - 1, 0); bz <= z; ++bz) {
-      const std::size_t line = std::max(y - 1, 0) + std::size_t(phi_.ny) * bz, behind = y + 1 + std::size_t(phi_.ny) * bz;
-      const int begin = particles_.first[line * nx], end = particles_.first[behind * nx];
+      const int begin = escaped_.first[std::max(y - 1, 0) + phi_.ny * bz], end = escaped_.first[y + 1 + phi_.ny * bz];
       if (begin == end) continue;
-      const int first = chosen_.before_any(begin), last = chosen_.before_any(end);
-      if (first == last) continue;
       if (!any) std::copy_n(plus, nx, minus);
       any = true;
-      for (int i = first; i < last; i += lanes) apply(i, std::min(i + lanes, last), y, z, plus, minus);
+      for (int i = begin; i < end; i += lanes) apply(i, std::min(i + lanes, end), y, z, plus, minus);
     }
     if (!any) return;
     for (int x = 0; x < nx; x += lanes)
@@ -82,16 +81,14 @@ class LineOfCells {
     store(first, cell);
     for (int k = 0; k < 2; ++k) {
       const Vector3<floatv> centre = {to_float(cell + k) + half, to_float(intv(y)) + half, to_float(intv(z)) + half};
-      store(level[k], level_of_ball(load(escaped_.sign() + i), load(escaped_.radius() + i), centre - at,
-                                    floatv(phi_.spacing)));
+      store(level[k],
+            level_of_ball(load(escaped_.sign() + i), load(escaped_.radius() + i), centre - at, floatv(phi_.spacing)));
     }
     for (int l = 0; l < end - i; ++l)
       for (int k = 0; k < 2 && first[l] + k < phi_.nx; ++k)
         correct_centre(escaped_.sign()[i + l], level[k][l], plus[first[l] + k], minus[first[l] + k]);
   }
 
-  const Particles<Real>& particles_;
-  const Compaction& chosen_;
   const Escaped& escaped_;
   Field<Real>& phi_;
 };
@@ -104,16 +101,20 @@ void correct_level_set(const Particles<Real>& particles, Field<Real>& phi) {
 #pragma omp parallel for schedule(static)
   for (int chunk = 0; chunk < chosen.chunks(); ++chunk)
     chosen.for_each_sixteen(chunk, [&](int i) { chosen.choose(i, have_escaped(phi, particles, i)); });
-  const Escaped escaped(chosen.add_up());
-  const LineOfCells line_of_cells(particles, chosen, escaped, phi);
-  const Vectors<Real>& p = particles.position;
   const int lines = phi.ny * phi.nz;
+  Escaped escaped(lines, chosen.add_up());
+  const LineOfCells line_of_cells(escaped, phi);
+  const Vectors<Real>& p = particles.position;
   Failure failure;
 #pragma omp parallel
   {
     Array<Real> minus;
     failure.guard([&] { minus.resize(padded(phi.nx)); });
-    // A chunk's escaped ones go to places of their own.
+    // A line's beginning is known by now.
+#pragma omp for schedule(static) nowait
+    for (int line = 0; line <= lines; ++line)
+      escaped.first[line] = chosen.before_any(particles.first[std::size_t(line) * phi.nx]);
+      // A chunk's escaped ones go to places of their own.
 #pragma omp for schedule(static)
     for (int chunk = 0; chunk < chosen.chunks(); ++chunk)
       chosen.for_each_sixteen(chunk, [&](int i) {
