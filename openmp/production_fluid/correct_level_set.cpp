@@ -26,9 +26,9 @@ using Index = intv;
 // Whether particles i .. i + 15 have escaped.
 maskv have_escaped(const Field<Real>& phi, const Particles<Real>& particles, int i) {
   const auto& [px, py, pz] = particles.position;
+  const floatv sign = load(&particles.sign[i]), radius = load(&particles.radius[i]);
   const Vector3<floatv> at = floatv(1 / phi.spacing) * Vector3<floatv>{load(&px[i]), load(&py[i]), load(&pz[i])};
-  const floatv here = sample<Index>(phi, first_centre, at, LineCorners());
-  return has_escaped(load(&particles.sign[i]), here, load(&particles.radius[i]));
+  return has_escaped(sign, sample<Index>(phi, first_centre, at, LineCorners()), radius);
 }
 
 // The escaped particles, in the order of all, and where those of each line of blocks begin. Threads are the first to
@@ -48,50 +48,40 @@ struct Escaped {
   Real* sign() const { return column(4); }
 };
 
-// A line of cells, by the escaped particles of the lines of blocks at y - 1 and y, z - 1 and z.
-class LineOfCells {
- public:
-  LineOfCells(const Escaped& escaped, Field<Real>& phi) : escaped_(escaped), phi_(phi) {}
-
-  void correct(int y, int z, Real* minus) const {
-    Real* const plus = &phi_(0, y, z);
-    const int nx = phi_.nx;
-    bool any = false;
-    for (int bz = std::max(z - 1, 0); bz <= z; ++bz) {
-      const int begin = escaped_.first[std::max(y - 1, 0) + phi_.ny * bz], end = escaped_.first[y + 1 + phi_.ny * bz];
-      if (begin == end) continue;
-      if (!any) std::copy_n(plus, nx, minus);
-      any = true;
-      for (int i = begin; i < end; i += lanes) apply(i, std::min(i + lanes, end), y, z, plus, minus);
-    }
-    if (!any) return;
-    for (int x = 0; x < nx; x += lanes)
-      store(plus + x, of_less_magnitude(load(plus + x), load(minus + x)), first_lanes(nx - x));
+// Escaped particles i .. end - 1, at most sixteen: what they say of the two centres beside each, in a line of cells, is
+// found at once.
+void apply(const Escaped& escaped, int i, int end, const Field<Real>& phi, int y, int z, Real* plus, Real* minus) {
+  const floatv sign = load(escaped.sign() + i), radius = load(escaped.radius() + i);
+  const Vector3<floatv> at =
+      floatv(1 / phi.spacing) * Vector3<floatv>{load(escaped.x() + i), load(escaped.y() + i), load(escaped.z() + i)};
+  const auto first = [](floatv x, int n) { return place<Index>(x - Real(.5), n).first; };
+  const Index x = first(at.x, phi.nx);
+  alignas(64) std::int32_t cell[lanes];
+  alignas(64) Real level[2][lanes];
+  store(cell, x);
+  for (int k = 0; k < 2; ++k) {
+    const Vector3<floatv> centre = {to_float(x + k) + Real(.5), to_float(y) + Real(.5), to_float(z) + Real(.5)};
+    store(level[k], level_of_ball(sign, radius, centre - at, floatv(phi.spacing)));
   }
+  for (int l = 0; l < end - i; ++l)
+    for (int cx = cell[l]; cx < std::min(cell[l] + 2, phi.nx); ++cx)
+      correct_centre(escaped.sign()[i + l], level[cx - cell[l]][l], plus[cx], minus[cx]);
+}
 
- private:
-  // Escaped particles i .. end - 1, at most sixteen: what they say of the two centres beside each is found at once.
-  void apply(int i, int end, int y, int z, Real* plus, Real* minus) const {
-    const floatv per_spacing = 1 / phi_.spacing, half = .5f;
-    const Vector3<floatv> at =
-        per_spacing * Vector3<floatv>{load(escaped_.x() + i), load(escaped_.y() + i), load(escaped_.z() + i)};
-    const intv cell = place<Index>(at.x - half, phi_.nx).first;
-    alignas(64) Real level[2][lanes];
-    alignas(64) std::int32_t first[lanes];
-    store(first, cell);
-    for (int k = 0; k < 2; ++k) {
-      const Vector3<floatv> centre = {to_float(cell + k) + half, to_float(intv(y)) + half, to_float(intv(z)) + half};
-      store(level[k],
-            level_of_ball(load(escaped_.sign() + i), load(escaped_.radius() + i), centre - at, floatv(phi_.spacing)));
-    }
-    for (int l = 0; l < end - i; ++l)
-      for (int k = 0; k < 2 && first[l] + k < phi_.nx; ++k)
-        correct_centre(escaped_.sign()[i + l], level[k][l], plus[first[l] + k], minus[first[l] + k]);
+// phi+, in phi's place, and phi- of a line of cells, by the escaped particles of the lines of blocks at y - 1 and y,
+// z - 1 and z. Returns whether there are any.
+bool ask_escaped(const Escaped& escaped, int y, int z, Field<Real>& phi, Real* minus) {
+  Real* const plus = &phi(0, y, z);
+  bool any = false;
+  for (int bz = std::max(z - 1, 0); bz <= z; ++bz) {
+    const int begin = escaped.first[std::max(y - 1, 0) + phi.ny * bz], end = escaped.first[y + 1 + phi.ny * bz];
+    if (begin == end) continue;
+    if (!any) std::copy_n(plus, phi.nx, minus);
+    any = true;
+    for (int i = begin; i < end; i += lanes) apply(escaped, i, std::min(i + lanes, end), phi, y, z, plus, minus);
   }
-
-  const Escaped& escaped_;
-  Field<Real>& phi_;
-};
+  return any;
+}
 
 }  // namespace
 
@@ -103,13 +93,12 @@ void correct_level_set(const Particles<Real>& particles, Field<Real>& phi) {
     chosen.for_each_sixteen(chunk, [&](int i) { chosen.choose(i, have_escaped(phi, particles, i)); });
   const int lines = phi.ny * phi.nz;
   Escaped escaped(lines, chosen.add_up());
-  const LineOfCells line_of_cells(escaped, phi);
   const Vectors<Real>& p = particles.position;
   Failure failure;
 #pragma omp parallel
   {
     Array<Real> minus;
-    failure.guard([&] { minus.resize(padded(phi.nx)); });
+    failure.guard([&] { minus.resize(phi.nx); });
     // A line's beginning is known by now.
 #pragma omp for schedule(static) nowait
     for (int line = 0; line <= lines; ++line)
@@ -128,8 +117,12 @@ void correct_level_set(const Particles<Real>& particles, Field<Real>& phi) {
     if (!failure.happened()) {
       // A line of cells is one iteration's, which alone writes it. The escaped ones are complete: the loop before ends
       // with a barrier. Lines differ in how many are near them.
-#pragma omp for schedule(dynamic, 16)
-      for (int line = 0; line < lines; ++line) line_of_cells.correct(line % phi.ny, line / phi.ny, minus.data());
+#pragma omp for collapse(2) schedule(dynamic, 16)
+      for (int z = 0; z < phi.nz; ++z)
+        for (int y = 0; y < phi.ny; ++y) {
+          if (!ask_escaped(escaped, y, z, phi, minus.data())) continue;
+          for (int x = 0; x < phi.nx; ++x) phi(x, y, z) = of_less_magnitude(phi(x, y, z), minus[x]);
+        }
     }
   }
   failure.rethrow();
