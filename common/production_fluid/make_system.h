@@ -58,8 +58,10 @@ inline Number theta_between(const Number& phi, const Number& phi_of_air) {
 template <class Number>
 inline Number coefficient_between(const Number& phi_a, const Number& phi_b) {
   const auto liquid_a = phi_a < Number(0), liquid_b = phi_b < Number(0);
+  const auto both = liquid_a & liquid_b, either = liquid_a | liquid_b;
+  if (none(either & !both)) return select(both, Number(1), Number(0));  // far from the surface: no divisions
   const Number theta = theta_between(select(liquid_a, phi_a, phi_b), select(liquid_a, phi_b, phi_a));
-  return select(liquid_a & liquid_b, Number(1), select(liquid_a | liquid_b, Number(1) / theta, Number(0)));
+  return select(both, Number(1), select(either, Number(1) / theta, Number(0)));
 }
 
 // The row of a cell, face after face.

@@ -39,7 +39,10 @@ void take_distances(const Field<Real>& distance, Real band, Field<Real>& phi) {
     for (int y = 0; y < phi.ny; ++y)
       for (int x = 0; x < phi.nx; x += lanes) {
         Real* const at = &phi(x, y, z);
-        store(at, signed_distance(load(at), load(&distance(x, y, z)), floatv(band)), first_lanes(phi.nx - x));
+        const floatv before = load(at), after = signed_distance(before, load(&distance(x, y, z)), floatv(band));
+        // Far from the surface few cells change, and what is not written need not go back to memory.
+        const maskv changed = first_lanes(phi.nx - x) & (bits_of(after) != bits_of(before));
+        if (any(changed)) store(at, after, changed);
       }
 }
 
