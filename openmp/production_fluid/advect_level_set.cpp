@@ -1,13 +1,16 @@
 // Moves the level set with the velocity.
 //
 // The algorithm and its serial form stand in serial/production_fluid/advect_level_set.cpp. Sixteen cells along x at
-// once; threads share the lines. What stands at a foot is mostly loaded, not gathered (corners.h).
+// once; threads share the rows of bricks. What stands at a foot is mostly loaded, not gathered (corners.h).
 //
 // The contract stands in common/production_fluid/advect_level_set.h.
 #include "common/production_fluid/advect_level_set.h"
 
+#include <initializer_list>
+
 #include "common/real.h"
 #include "common/simd.h"
+#include "openmp/production_fluid/bricks.h"
 #include "openmp/production_fluid/corners.h"
 
 namespace lockstep::production_fluid::openmp {
@@ -21,46 +24,80 @@ Vector3<floatv> at_centre(const Faces<Real>& faces, int x, int y, int z) {
           mean(load(&w(x, y, z)), load(&w(x, y, z + 1)))};
 }
 
-// Calls f(x, y, z, foot) for sixteen centres at a time.
+// Whether nothing is faster than `most`.
+bool is_slow(const Bricks& bricks, const Faces<Real>& faces, Real most) {
+  const auto is_below = [=](const floatv& speed) { return abs(speed) <= most; };
+  bool all_are = true;
+  // Of rows that are read alone, each says yes or no; one no is enough, whoever says it.
+#pragma omp parallel for schedule(static) reduction(&& : all_are)
+  for (int row = 0; row < bricks.rows(); ++row)
+    for (const Field<Real>* component : {&faces.u, &faces.v, &faces.w})
+      all_are = all_are && all_in(*component, bricks.row(row), is_below);
+  return all_are;
+}
+
+// The bricks whose cells must be traced. The others keep their value: all that their feet can lie among has the
+// same. `advected` get it.
+Bricks bricks_to_trace(const Field<Real>& phi, const Faces<Real>& faces, Real dt,
+                       std::initializer_list<Field<Real>*> advected) {
+  Bricks bricks(phi.nx, phi.ny, phi.nz);
+  if (!is_slow(bricks, faces, speed_of_a_cell(phi, dt / phi.spacing))) return bricks;
+
+  // A row writes its own cells, and says of its own bricks whether they are left.
+#pragma omp parallel for schedule(static)
+  for (int row = 0; row < bricks.rows(); ++row)
+    for (int k = 0; k < bricks.along_x(); ++k) {
+      const Box brick = bricks.brick(row, k);
+      const Real value = phi(brick.x.begin, brick.y.begin, brick.z.begin);
+      if (value == 0 || !all_in(phi, around(brick), [=](const floatv& q) { return q == value; })) continue;
+      bricks.settle(row, k);
+      for (Field<Real>* field : advected) fill(*field, brick, value);
+    }
+  return bricks;
+}
+
+// Calls f(x, y, z, inside, foot) for sixteen centres at a time, of which those of a brick that is left are inside.
 template <class F>
-void for_each_foot(const Field<Real>& phi, const Faces<Real>& faces, Real dt, const F& f) {
+void for_each_foot(const Bricks& bricks, const Field<Real>& phi, const Faces<Real>& faces, Real dt, const F& f) {
   const Real cells = dt / phi.spacing;
   const Vector3<float> first = first_centre;
-  // A line writes its own cells, in fields that none reads.
-#pragma omp parallel for collapse(2) schedule(static)
-  for (int z = 0; z < phi.nz; ++z)
-    for (int y = 0; y < phi.ny; ++y)
-      for (int begin = 0; begin < phi.nx; begin += lanes) {
-        const int x = first_of_full(begin, phi.nx);
+  // A row writes its own cells, in fields that none reads. Rows have up to as much to do as they have bricks.
+#pragma omp parallel for schedule(dynamic)
+  for (int row = 0; row < bricks.rows(); ++row)
+    bricks.for_each_span(phi, row, [&](const Span& along_x, int y, int z) {
+      for (int begin = along_x.begin; begin < along_x.end; begin += lanes) {
+        const int x = first_of_full(begin, along_x.end);
         const intv lane_x = x + lane_index();
         const Vector3<floatv> centre = {to_float(lane_x) + first.x, to_float(y) + first.y, to_float(z) + first.z};
-        f(x, y, z, foot_of<Index>(centre, at_centre(faces, x, y, z), faces, cells));
+        f(x, y, z, is_in(along_x, lane_x), foot_of<Index>(centre, at_centre(faces, x, y, z), faces, cells));
       }
+    });
 }
 
 }  // namespace
 
 void advect_level_set_semi_lagrangian(const Field<Real>& phi, const Faces<Real>& faces, Real dt,
                                       Field<Real>& advected) {
-  for_each_foot(phi, faces, dt, [&](int x, int y, int z, const Vector3<floatv>& foot) {
-    store(&advected(x, y, z), sample<Index>(phi, first_centre, foot), first_lanes(phi.nx - x));
+  const Bricks bricks = bricks_to_trace(phi, faces, dt, {&advected});
+  for_each_foot(bricks, phi, faces, dt, [&](int x, int y, int z, maskv inside, const Vector3<floatv>& foot) {
+    store(&advected(x, y, z), sample<Index>(phi, first_centre, foot), inside);
   });
 }
 
 void advect_level_set_maccormack(const Field<Real>& phi, const Faces<Real>& faces, Real dt, Field<Real>& advected,
                                  Arrived<Field<Real>>& arrived) {
-  for_each_foot(phi, faces, dt, [&](int x, int y, int z, const Vector3<floatv>& foot) {
+  const Bricks bricks = bricks_to_trace(phi, faces, dt, {&advected, &arrived.value});
+  for_each_foot(bricks, phi, faces, dt, [&](int x, int y, int z, maskv inside, const Vector3<floatv>& foot) {
     const Bounded<floatv> at = sample_bounded<Index>(phi, first_centre, foot);
-    const maskv inside = first_lanes(phi.nx - x);
     store(&arrived.value(x, y, z), at.value, inside);
     store(&arrived.least(x, y, z), at.least, inside);
     store(&arrived.most(x, y, z), at.most, inside);
   });
-  for_each_foot(phi, faces, -dt, [&](int x, int y, int z, const Vector3<floatv>& back) {
+  for_each_foot(bricks, phi, faces, -dt, [&](int x, int y, int z, maskv inside, const Vector3<floatv>& back) {
     const Bounded<floatv> at = {load(&arrived.value(x, y, z)), load(&arrived.least(x, y, z)),
                                 load(&arrived.most(x, y, z))};
     const floatv better = corrected<Index>(load(&phi(x, y, z)), at, arrived.value, first_centre, back);
-    store(&advected(x, y, z), better, first_lanes(phi.nx - x));
+    store(&advected(x, y, z), better, inside);
   });
 }
 

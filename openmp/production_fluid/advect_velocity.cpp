@@ -1,14 +1,17 @@
 // Moves the velocity with itself.
 //
 // The algorithm and its serial form stand in serial/production_fluid/advect_velocity.cpp. Sixteen faces along x at
-// once; threads share the lines. Faces of one line stand side by side, so what stands at them is loaded; what stands at
+// once; threads share the rows of bricks. Faces of one line stand side by side, so what stands at them is loaded; what stands at
 // a foot is mostly loaded, too (corners.h).
 //
 // The contract stands in common/production_fluid/advect_velocity.h.
 #include "common/production_fluid/advect_velocity.h"
 
+#include <initializer_list>
+
 #include "common/real.h"
 #include "common/simd.h"
+#include "openmp/production_fluid/bricks.h"
 #include "openmp/production_fluid/corners.h"
 
 namespace lockstep::production_fluid::openmp {
@@ -42,58 +45,81 @@ constexpr auto at_w = [](const Faces<Real>& faces, int x, int y, int z) -> Vecto
           load(&w(x, y, z))};
 };
 
-// Calls f(component, first, x, y, z, foot) for sixteen faces of a line at a time. The components have different numbers
-// of lines.
+// The bricks whose faces must be traced. The others stand still, and so do the faces beside them. They get
+// zero, in `advected`.
+Bricks bricks_to_trace(const Faces<Real>& faces, std::initializer_list<Faces<Real>*> advected) {
+  Bricks bricks(faces.v.nx, faces.u.ny, faces.u.nz);
+  const auto is_zero = [](const floatv& speed) { return speed == 0; };
+  // A row writes its own faces, and says of its own bricks whether they are left.
+#pragma omp parallel for schedule(static)
+  for (int row = 0; row < bricks.rows(); ++row)
+    for (int k = 0; k < bricks.along_x(); ++k) {
+      const Box brick = bricks.brick(row, k), near = around(brick);
+      if (!all_in(faces.u, near, is_zero) || !all_in(faces.v, near, is_zero) || !all_in(faces.w, near, is_zero))
+        continue;
+      bricks.settle(row, k);
+      for (Faces<Real>* to : advected)
+        for (Field<Real>* component : {&to->u, &to->v, &to->w}) fill(*component, brick, Real(0));
+    }
+  return bricks;
+}
+
+// Calls f(component, first, x, y, z, inside, foot) for sixteen faces of a component at a time, of which those in a
+// brick that is left in a row are inside.
 template <class VelocityAt, class F>
-void for_each_foot_of_line(const Faces<Real>& faces, Real cells, const VelocityAt& velocity_at_face,
-                           Component component, const Vector3<float>& first, int y, int z, const F& f) {
-  const int nx = (faces.*component).nx, ny = (faces.*component).ny, nz = (faces.*component).nz;
-  if (y >= ny || z >= nz) return;
-  for (int begin = 0; begin < nx; begin += lanes) {
-    const int x = first_of_full(begin, nx);
-    const intv lane_x = x + lane_index();
-    const Vector3<floatv> face = {to_float(lane_x) + first.x, to_float(y) + first.y, to_float(z) + first.z};
-    f(component, first, x, y, z, foot_of<Index>(face, velocity_at_face(faces, x, y, z), faces, cells));
-  }
+void for_each_foot_of_row(const Bricks& bricks, int row, const Faces<Real>& faces, Real cells,
+                          const VelocityAt& velocity_at_face, Component component, const Vector3<float>& first,
+                          const F& f) {
+  bricks.for_each_span(faces.*component, row, [&](const Span& along_x, int y, int z) {
+    for (int begin = along_x.begin; begin < along_x.end; begin += lanes) {
+      const int x = first_of_full(begin, along_x.end);
+      const intv lane_x = x + lane_index();
+      const Vector3<floatv> face = {to_float(lane_x) + first.x, to_float(y) + first.y, to_float(z) + first.z};
+      f(component, first, x, y, z, is_in(along_x, lane_x),
+        foot_of<Index>(face, velocity_at_face(faces, x, y, z), faces, cells));
+    }
+  });
 }
 
 template <class F>
-void for_each_foot(const Faces<Real>& faces, Real dt, const F& f) {
+void for_each_foot(const Bricks& bricks, const Faces<Real>& faces, Real dt, const F& f) {
   const Real cells = dt / faces.u.spacing;
-  // A line writes its own faces, in fields that none reads.
-#pragma omp parallel for collapse(2) schedule(static)
-  for (int z = 0; z < faces.w.nz; ++z)
-    for (int y = 0; y < faces.v.ny; ++y) {
-      for_each_foot_of_line(faces, cells, at_u, &Faces<Real>::u, first_u, y, z, f);
-      for_each_foot_of_line(faces, cells, at_v, &Faces<Real>::v, first_v, y, z, f);
-      for_each_foot_of_line(faces, cells, at_w, &Faces<Real>::w, first_w, y, z, f);
-    }
+  // A row writes its own faces, in fields that none reads. Rows have up to as much to do as they have bricks.
+#pragma omp parallel for schedule(dynamic)
+  for (int row = 0; row < bricks.rows(); ++row) {
+    for_each_foot_of_row(bricks, row, faces, cells, at_u, &Faces<Real>::u, first_u, f);
+    for_each_foot_of_row(bricks, row, faces, cells, at_v, &Faces<Real>::v, first_v, f);
+    for_each_foot_of_row(bricks, row, faces, cells, at_w, &Faces<Real>::w, first_w, f);
+  }
 }
 
 }  // namespace
 
 void advect_velocity_semi_lagrangian(const Faces<Real>& faces, Real dt, Faces<Real>& advected) {
-  for_each_foot(faces, dt, [&](Component c, Vector3<float> first, int x, int y, int z, const Vector3<floatv>& foot) {
-    const maskv inside = first_lanes((faces.*c).nx - x);
-    store(&(advected.*c)(x, y, z), sample<Index>(faces.*c, first, foot), inside);
-  });
+  const Bricks bricks = bricks_to_trace(faces, {&advected});
+  for_each_foot(bricks, faces, dt,
+                [&](Component c, Vector3<float> first, int x, int y, int z, maskv inside, const Vector3<floatv>& foot) {
+                  store(&(advected.*c)(x, y, z), sample<Index>(faces.*c, first, foot), inside);
+                });
 }
 
 void advect_velocity_maccormack(const Faces<Real>& faces, Real dt, Faces<Real>& advected,
                                 Arrived<Faces<Real>>& arrived) {
-  for_each_foot(faces, dt, [&](Component c, Vector3<float> first, int x, int y, int z, const Vector3<floatv>& foot) {
-    const Bounded<floatv> at = sample_bounded<Index>(faces.*c, first, foot);
-    const maskv inside = first_lanes((faces.*c).nx - x);
-    store(&(arrived.value.*c)(x, y, z), at.value, inside);
-    store(&(arrived.least.*c)(x, y, z), at.least, inside);
-    store(&(arrived.most.*c)(x, y, z), at.most, inside);
-  });
-  for_each_foot(faces, -dt, [&](Component c, Vector3<float> first, int x, int y, int z, const Vector3<floatv>& back) {
-    const Bounded<floatv> at = {load(&(arrived.value.*c)(x, y, z)), load(&(arrived.least.*c)(x, y, z)),
-                                load(&(arrived.most.*c)(x, y, z))};
-    const floatv better = corrected<Index>(load(&(faces.*c)(x, y, z)), at, arrived.value.*c, first, back);
-    store(&(advected.*c)(x, y, z), better, first_lanes((faces.*c).nx - x));
-  });
+  const Bricks bricks = bricks_to_trace(faces, {&advected, &arrived.value});
+  for_each_foot(bricks, faces, dt,
+                [&](Component c, Vector3<float> first, int x, int y, int z, maskv inside, const Vector3<floatv>& foot) {
+                  const Bounded<floatv> at = sample_bounded<Index>(faces.*c, first, foot);
+                  store(&(arrived.value.*c)(x, y, z), at.value, inside);
+                  store(&(arrived.least.*c)(x, y, z), at.least, inside);
+                  store(&(arrived.most.*c)(x, y, z), at.most, inside);
+                });
+  for_each_foot(bricks, faces, -dt,
+                [&](Component c, Vector3<float> first, int x, int y, int z, maskv inside, const Vector3<floatv>& back) {
+                  const Bounded<floatv> at = {load(&(arrived.value.*c)(x, y, z)), load(&(arrived.least.*c)(x, y, z)),
+                                              load(&(arrived.most.*c)(x, y, z))};
+                  const floatv better = corrected<Index>(load(&(faces.*c)(x, y, z)), at, arrived.value.*c, first, back);
+                  store(&(advected.*c)(x, y, z), better, inside);
+                });
 }
 
 }  // namespace lockstep::production_fluid::openmp

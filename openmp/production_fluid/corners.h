@@ -7,7 +7,6 @@
 // long on an EPYC.
 #pragma once
 
-#include <algorithm>
 #include <bit>
 #include <cstdint>
 
@@ -16,28 +15,38 @@
 
 namespace lockstep::production_fluid {
 
-// The first of the sixteen of n elements that are computed at once for `begin`. At the end of a line it lies before
-// `begin`: a lane beyond the end would cost a round for itself, while an element may be computed twice.
-inline int first_of_full(int begin, int n) { return std::max(0, std::min(begin, n - lanes)); }
+// Where the eight corners of a lane's cell stand in a field.
+struct CornersOfLane {
+  const float* corner[8];
+
+  CornersOfLane(const float* line, std::int32_t to_line, std::int32_t to_plane)
+      : corner{line,
+               line + 1,
+               line + to_line,
+               line + to_line + 1,
+               line + to_plane,
+               line + to_plane + 1,
+               line + to_line + to_plane,
+               line + to_line + to_plane + 1} {}
+};
 
 LOCKSTEP_INLINE Corners<floatv> load_corners(const float* field, const Cell<intv>& cell) {
   alignas(64) std::int32_t to_line[lanes], to_plane[lanes], away[lanes];
   const intv cells_away = cell.first - lane_index();
   store(away, cells_away), store(to_line, cell.to_line), store(to_plane, cell.to_plane);
+  // Between two lines is more padding than there are lanes, so equal distances mean the same line, and what is loaded
+  // for lanes that go elsewhere is there.
+  const auto corners_of = [&](int lane) { return CornersOfLane(field + away[lane], to_line[lane], to_plane[lane]); };
   Corners<floatv> corners;
-  std::uint32_t left = 0xffff;
-  do {
+  const CornersOfLane of_first = corners_of(0);
+  for (int k = 0; k < 8; ++k) corners.value[k] = load(of_first.corner[k]);
+  for (std::uint32_t left = 0xffff & ~bits(cells_away == away[0]); left;) {
     const int lane = std::countr_zero(left);
-    // Between two lines is more padding than there are lanes, so equal distances mean the same line.
     const maskv together = cells_away == away[lane];
-    const float* const line = field + away[lane];
-    const float* const next = line + to_line[lane];
-    const std::int32_t plane = to_plane[lane];
-    const float* const corner[8] = {line,         line + 1,         next,         next + 1,
-                                    line + plane, line + plane + 1, next + plane, next + plane + 1};
-    for (int k = 0; k < 8; ++k) where(together, corners.value[k]) = load(corner[k], together);
+    const CornersOfLane of_lane = corners_of(lane);
+    for (int k = 0; k < 8; ++k) where(together, corners.value[k]) = load(of_lane.corner[k]);
     left &= ~bits(together);
-  } while (left);
+  }
   return corners;
 }
 

@@ -8,7 +8,10 @@
 // The contract stands in common/production_fluid/advect_level_set.h.
 #include "common/production_fluid/advect_level_set.h"
 
+#include <initializer_list>
+
 #include "common/real.h"
+#include "serial/production_fluid/bricks.h"
 
 namespace lockstep::production_fluid::serial {
 namespace {
@@ -20,37 +23,67 @@ Vector3<Real> at_centre(const Faces<Real>& faces, int x, int y, int z) {
   return {mean(u(x, y, z), u(x + 1, y, z)), mean(v(x, y, z), v(x, y + 1, z)), mean(w(x, y, z), w(x, y, z + 1))};
 }
 
-// Calls f(x, y, z, foot) for each centre.
+// Whether nothing is faster than `most`.
+bool is_slow(const Bricks& bricks, const Faces<Real>& faces, Real most) {
+  const auto is_below = [=](const Real& speed) { return abs(speed) <= most; };
+  bool all_are = true;
+  for (int row = 0; row < bricks.rows(); ++row)
+    for (const Field<Real>* component : {&faces.u, &faces.v, &faces.w})
+      all_are = all_are && all_in(*component, bricks.row(row), is_below);
+  return all_are;
+}
+
+// The bricks whose cells must be traced. The others keep their value: all that their feet can lie among has the
+// same. `advected` get it.
+Bricks bricks_to_trace(const Field<Real>& phi, const Faces<Real>& faces, Real dt,
+                       std::initializer_list<Field<Real>*> advected) {
+  Bricks bricks(phi.nx, phi.ny, phi.nz);
+  if (!is_slow(bricks, faces, speed_of_a_cell(phi, dt / phi.spacing))) return bricks;
+  for (int row = 0; row < bricks.rows(); ++row)
+    for (int k = 0; k < bricks.along_x(); ++k) {
+      const Box brick = bricks.brick(row, k);
+      const Real value = phi(brick.x.begin, brick.y.begin, brick.z.begin);
+      if (value == 0 || !all_in(phi, around(brick), [=](const Real& q) { return q == value; })) continue;
+      bricks.settle(row, k);
+      for (Field<Real>* field : advected) fill(*field, brick, value);
+    }
+  return bricks;
+}
+
+// Calls f(x, y, z, foot) for each centre of the bricks that are left.
 template <class F>
-void for_each_foot(const Field<Real>& phi, const Faces<Real>& faces, Real dt, const F& f) {
+void for_each_foot(const Bricks& bricks, const Field<Real>& phi, const Faces<Real>& faces, Real dt, const F& f) {
   const Real cells = dt / phi.spacing;
   const Vector3<float> first = first_centre;
-  for (int z = 0; z < phi.nz; ++z)
-    for (int y = 0; y < phi.ny; ++y)
-      for (int x = 0; x < phi.nx; ++x) {
+  for (int row = 0; row < bricks.rows(); ++row)
+    bricks.for_each_span(phi, row, [&](const Span& along_x, int y, int z) {
+      for (int x = along_x.begin; x < along_x.end; ++x) {
         const Vector3<Real> centre = {to_float(x) + first.x, to_float(y) + first.y, to_float(z) + first.z};
         f(x, y, z, foot_of<Index>(centre, at_centre(faces, x, y, z), faces, cells));
       }
+    });
 }
 
 }  // namespace
 
 void advect_level_set_semi_lagrangian(const Field<Real>& phi, const Faces<Real>& faces, Real dt,
                                       Field<Real>& advected) {
-  for_each_foot(phi, faces, dt, [&](int x, int y, int z, const Vector3<Real>& foot) {
+  const Bricks bricks = bricks_to_trace(phi, faces, dt, {&advected});
+  for_each_foot(bricks, phi, faces, dt, [&](int x, int y, int z, const Vector3<Real>& foot) {
     advected(x, y, z) = sample<Index>(phi, first_centre, foot);
   });
 }
 
 void advect_level_set_maccormack(const Field<Real>& phi, const Faces<Real>& faces, Real dt, Field<Real>& advected,
                                  Arrived<Field<Real>>& arrived) {
-  for_each_foot(phi, faces, dt, [&](int x, int y, int z, const Vector3<Real>& foot) {
+  const Bricks bricks = bricks_to_trace(phi, faces, dt, {&advected, &arrived.value});
+  for_each_foot(bricks, phi, faces, dt, [&](int x, int y, int z, const Vector3<Real>& foot) {
     const Bounded<Real> at = sample_bounded<Index>(phi, first_centre, foot);
     arrived.value(x, y, z) = at.value;
     arrived.least(x, y, z) = at.least;
     arrived.most(x, y, z) = at.most;
   });
-  for_each_foot(phi, faces, -dt, [&](int x, int y, int z, const Vector3<Real>& back) {
+  for_each_foot(bricks, phi, faces, -dt, [&](int x, int y, int z, const Vector3<Real>& back) {
     const Bounded<Real> at = {arrived.value(x, y, z), arrived.least(x, y, z), arrived.most(x, y, z)};
     advected(x, y, z) = corrected<Index>(phi(x, y, z), at, arrived.value, first_centre, back);
   });

@@ -11,7 +11,10 @@
 // The contract stands in common/production_fluid/advect_velocity.h.
 #include "common/production_fluid/advect_velocity.h"
 
+#include <initializer_list>
+
 #include "common/real.h"
+#include "serial/production_fluid/bricks.h"
 
 namespace lockstep::production_fluid::serial {
 namespace {
@@ -40,49 +43,71 @@ constexpr auto at_w = [](const Faces<Real>& faces, int x, int y, int z) -> Vecto
           mean(v(x, y, near), v(x, y + 1, near), v(x, y, far), v(x, y + 1, far)), w(x, y, z)};
 };
 
-// Calls f(component, first, x, y, z, foot) for each face of a line. The components have different numbers of lines.
+// The bricks whose faces must be traced. The others stand still, and so do the faces beside them. They get
+// zero, in `advected`.
+Bricks bricks_to_trace(const Faces<Real>& faces, std::initializer_list<Faces<Real>*> advected) {
+  Bricks bricks(faces.v.nx, faces.u.ny, faces.u.nz);
+  const auto is_zero = [](const Real& speed) { return speed == 0; };
+  for (int row = 0; row < bricks.rows(); ++row)
+    for (int k = 0; k < bricks.along_x(); ++k) {
+      const Box brick = bricks.brick(row, k), near = around(brick);
+      if (!all_in(faces.u, near, is_zero) || !all_in(faces.v, near, is_zero) || !all_in(faces.w, near, is_zero))
+        continue;
+      bricks.settle(row, k);
+      for (Faces<Real>* to : advected)
+        for (Field<Real>* component : {&to->u, &to->v, &to->w}) fill(*component, brick, Real(0));
+    }
+  return bricks;
+}
+
+// Calls f(component, first, x, y, z, foot) for each face of a component in the bricks that are left in a row.
 template <class VelocityAt, class F>
-void for_each_foot_of_line(const Faces<Real>& faces, Real cells, const VelocityAt& velocity_at_face,
-                           Component component, const Vector3<float>& first, int y, int z, const F& f) {
-  const int nx = (faces.*component).nx, ny = (faces.*component).ny, nz = (faces.*component).nz;
-  if (y >= ny || z >= nz) return;
-  for (int x = 0; x < nx; ++x) {
-    const Vector3<Real> face = {to_float(x) + first.x, to_float(y) + first.y, to_float(z) + first.z};
-    f(component, first, x, y, z, foot_of<Index>(face, velocity_at_face(faces, x, y, z), faces, cells));
-  }
+void for_each_foot_of_row(const Bricks& bricks, int row, const Faces<Real>& faces, Real cells,
+                          const VelocityAt& velocity_at_face, Component component, const Vector3<float>& first,
+                          const F& f) {
+  bricks.for_each_span(faces.*component, row, [&](const Span& along_x, int y, int z) {
+    for (int x = along_x.begin; x < along_x.end; ++x) {
+      const Vector3<Real> face = {to_float(x) + first.x, to_float(y) + first.y, to_float(z) + first.z};
+      f(component, first, x, y, z, foot_of<Index>(face, velocity_at_face(faces, x, y, z), faces, cells));
+    }
+  });
 }
 
 template <class F>
-void for_each_foot(const Faces<Real>& faces, Real dt, const F& f) {
+void for_each_foot(const Bricks& bricks, const Faces<Real>& faces, Real dt, const F& f) {
   const Real cells = dt / faces.u.spacing;
-  for (int z = 0; z < faces.w.nz; ++z)
-    for (int y = 0; y < faces.v.ny; ++y) {
-      for_each_foot_of_line(faces, cells, at_u, &Faces<Real>::u, first_u, y, z, f);
-      for_each_foot_of_line(faces, cells, at_v, &Faces<Real>::v, first_v, y, z, f);
-      for_each_foot_of_line(faces, cells, at_w, &Faces<Real>::w, first_w, y, z, f);
-    }
+  for (int row = 0; row < bricks.rows(); ++row) {
+    for_each_foot_of_row(bricks, row, faces, cells, at_u, &Faces<Real>::u, first_u, f);
+    for_each_foot_of_row(bricks, row, faces, cells, at_v, &Faces<Real>::v, first_v, f);
+    for_each_foot_of_row(bricks, row, faces, cells, at_w, &Faces<Real>::w, first_w, f);
+  }
 }
 
 }  // namespace
 
 void advect_velocity_semi_lagrangian(const Faces<Real>& faces, Real dt, Faces<Real>& advected) {
-  for_each_foot(faces, dt, [&](Component c, Vector3<float> first, int x, int y, int z, const Vector3<Real>& foot) {
-    (advected.*c)(x, y, z) = sample<Index>(faces.*c, first, foot);
-  });
+  const Bricks bricks = bricks_to_trace(faces, {&advected});
+  for_each_foot(bricks, faces, dt,
+                [&](Component c, Vector3<float> first, int x, int y, int z, const Vector3<Real>& foot) {
+                  (advected.*c)(x, y, z) = sample<Index>(faces.*c, first, foot);
+                });
 }
 
 void advect_velocity_maccormack(const Faces<Real>& faces, Real dt, Faces<Real>& advected,
                                 Arrived<Faces<Real>>& arrived) {
-  for_each_foot(faces, dt, [&](Component c, Vector3<float> first, int x, int y, int z, const Vector3<Real>& foot) {
-    const Bounded<Real> at = sample_bounded<Index>(faces.*c, first, foot);
-    (arrived.value.*c)(x, y, z) = at.value;
-    (arrived.least.*c)(x, y, z) = at.least;
-    (arrived.most.*c)(x, y, z) = at.most;
-  });
-  for_each_foot(faces, -dt, [&](Component c, Vector3<float> first, int x, int y, int z, const Vector3<Real>& back) {
-    const Bounded<Real> at = {(arrived.value.*c)(x, y, z), (arrived.least.*c)(x, y, z), (arrived.most.*c)(x, y, z)};
-    (advected.*c)(x, y, z) = corrected<Index>((faces.*c)(x, y, z), at, arrived.value.*c, first, back);
-  });
+  const Bricks bricks = bricks_to_trace(faces, {&advected, &arrived.value});
+  for_each_foot(bricks, faces, dt,
+                [&](Component c, Vector3<float> first, int x, int y, int z, const Vector3<Real>& foot) {
+                  const Bounded<Real> at = sample_bounded<Index>(faces.*c, first, foot);
+                  (arrived.value.*c)(x, y, z) = at.value;
+                  (arrived.least.*c)(x, y, z) = at.least;
+                  (arrived.most.*c)(x, y, z) = at.most;
+                });
+  for_each_foot(
+      bricks, faces, -dt, [&](Component c, Vector3<float> first, int x, int y, int z, const Vector3<Real>& back) {
+        const Bounded<Real> at = {(arrived.value.*c)(x, y, z), (arrived.least.*c)(x, y, z), (arrived.most.*c)(x, y, z)};
+        (advected.*c)(x, y, z) = corrected<Index>((faces.*c)(x, y, z), at, arrived.value.*c, first, back);
+      });
 }
 
 }  // namespace lockstep::production_fluid::serial
