@@ -35,7 +35,7 @@ inline Box around(const Box& box) {
 
 // The bricks of a grid of nx x ny x nz cells, in rows along x, and which of them are left to do. The last along an axis
 // have what is left, and the last faces. Work goes along the lines of a row, as memory does: brick by brick, advection
-// took 1.6 times as long.
+// took up to 1.6 times as long.
 class Bricks {
  public:
   // All are left.
