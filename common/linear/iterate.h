@@ -30,10 +30,12 @@ Solution iterate(const Vectors& vectors, const System<Real>& system, std::span<c
   const double norm_of_b = std::sqrt(vectors.dot(b, b));
   if (norm_of_b == 0) return {};
 
-  Array<Real> r(b.begin(), b.end()), z(b.size()), p(b.size()), q(b.size());
+  Array<Real> r(b.begin(), b.end()), z(b.size()), p(b.size());
+  const std::span<Real> q = z;  // A p: what p was made of is not read again
   Solution solution{.iterations = 0, .recursive_residual = 1, .true_residual = 1};
   double& residual = solution.recursive_residual;
-  double refreshed = 1;  // the residual when it was computed anew
+  double refreshed = 1;                           // the residual when it was computed anew
+  bool is_refreshed = system.refresh != nullptr;  // and nothing has changed since
   const auto done = [&] { return !(residual > stop.tolerance) || solution.iterations >= stop.iterations; };
   double rz = 0;
   Real step = 0;  // along p; x takes it when the next direction is made, or at the end
@@ -50,13 +52,15 @@ Solution iterate(const Vectors& vectors, const System<Real>& system, std::span<c
     step = static_cast<Real>(rz / pq);
     residual = std::sqrt(vectors.descend(step, q, r)) / norm_of_b;
     ++solution.iterations;
-    const bool refreshes = system.refresh && (residual <= refresh_at * refreshed || done());
-    if (refreshes || done()) vectors.axpy(step, p, x), step = 0;
-    if (refreshes) residual = refreshed = std::sqrt(system.refresh(x, r)) / norm_of_b;
+    is_refreshed = system.refresh && (residual <= refresh_at * refreshed || done());
+    if (is_refreshed || done()) vectors.axpy(step, p, x), step = 0;
+    if (is_refreshed) residual = refreshed = std::sqrt(system.refresh(x, r)) / norm_of_b;
   }
-  // Once more, since the loop may have ended before x was added to the sum.
-  solution.true_residual =
-      system.refresh ? std::sqrt(system.refresh(x, r)) / norm_of_b : system.residual(b, x) / norm_of_b;
+  if (is_refreshed)
+    solution.true_residual = refreshed;
+  else  // the loop may have ended before x was added to the sum
+    solution.true_residual =
+        system.refresh ? std::sqrt(system.refresh(x, r)) / norm_of_b : system.residual(b, x) / norm_of_b;
   return solution;
 }
 
