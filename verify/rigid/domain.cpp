@@ -97,7 +97,7 @@ Simulation simulation(const RunOptions& options) {
               });
             };
             return first_fault("body ", bodies.count, " is not finite or below a plane", [&](int i) {
-              const rigid::Quaternion<float>& q = bodies.pose[i].orientation;
+              const Quaternion<float>& q = bodies.pose[i].orientation;
               return finite(bodies.pose[i].position) && finite({q.x, q.y, q.z}) && std::isfinite(q.w) &&
                      finite(bodies.motion[i].velocity) && finite(bodies.motion[i].angular_velocity) &&
                      (bodies.inverse_mass[i].w == 0 || above_planes(bodies.pose[i].position));
@@ -125,7 +125,7 @@ Simulation simulation(const RunOptions& options) {
   };
 }
 
-bool is_unit(const rigid::Quaternion<float>& q) {
+bool is_unit(const Quaternion<float>& q) {
   return std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) < 1e-5f;
 }
 

@@ -1,0 +1,40 @@
+// What a pose makes of each tetrahedron, as the verifier and the benchmark see it: bitwise with the serial twin, with
+// the derivative made definite and as it is.
+#include "common/production_face/update_state.h"
+
+#include "verify/production_face/inputs.h"
+#include "verify/twin.h"
+
+namespace lockstep::verify {
+namespace {
+
+using namespace production_face;
+using namespace production_face_inputs;
+
+// A tetrahedron reads its corners, nine gradients and four nodes, and writes 39 numbers. Six sweeps of three rotations
+// take about 900 operations, everything else about as many.
+Case make(const std::string& path, bool definite) {
+  const auto in = inputs(path);
+  Strained<float> start = make_strained(in->body);
+  poison(start);
+  const double n = in->body.tetrahedra;
+  return make_case<Strained<float>>({
+      .start = std::make_shared<const Strained<float>>(start),
+      .serial = [in, definite](Strained<float>& s) { serial::update_state(in->body, in->flesh, in->pose, definite, s); },
+      .best_serial = nullptr,
+      .openmp = [in, definite](Strained<float>& s) { openmp::update_state(in->body, in->flesh, in->pose, definite, s); },
+      .compare = nullptr,
+      .work = {n, "tetrahedra", n * (4 * (4 + 9 + 39) + 12), 1800 * n, n / in->body.padded_tetrahedra()},
+  });
+}
+
+const Register update_state{
+    {.name = "production_face/update_state",
+     .place = 1,
+     .forms = {{.name = "definite", .make = [](const std::string& path) { return make(path, true); },
+                .scenes = body_scenes()},
+               {.name = "exact", .make = [](const std::string& path) { return make(path, false); },
+                .scenes = body_scenes()}}}};
+
+}  // namespace
+}  // namespace lockstep::verify
