@@ -4,33 +4,16 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 #include <vector>
 
 #include "common/production_face/muscle.h"
-#include "common/production_face/svd.h"
 #include "common/simd.h"
+#include "tests/production_face_matrices.h"
 
 namespace lockstep::production_face {
 namespace {
 
 constexpr Flesh flesh;
-
-using Matrix = Matrix3<double>;
-Matrix operator+(const Matrix& a, const Matrix& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-Matrix operator*(double s, const Matrix& a) { return {s * a.x, s * a.y, s * a.z}; }
-Matrix product(const Matrix& a, const Matrix& b) { return {a * b.x, a * b.y, a * b.z}; }
-Matrix transposed(const Matrix& a) { return {{a.x.x, a.y.x, a.z.x}, {a.x.y, a.y.y, a.z.y}, {a.x.z, a.y.z, a.z.z}}; }
-double inner(const Matrix& a, const Matrix& b) { return dot(a.x, b.x) + dot(a.y, b.y) + dot(a.z, b.z); }
-double norm(const Matrix& a) { return std::sqrt(inner(a, a)); }
-
-constexpr Matrix identity = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-
-Matrix random_matrix(std::mt19937& generator) {
-  std::normal_distribution<double> normal;
-  const auto vector = [&] { return Vector3<double>{normal(generator), normal(generator), normal(generator)}; };
-  return {vector(), vector(), vector()};
-}
 
 Svd<double> svd_of(const Matrix& f) { return svd(f); }
 
@@ -45,14 +28,7 @@ Matrix stress(const Matrix& f) {
 Matrix derivative(const Matrix& f, const Matrix& df) {
   const Svd<double> d = svd_of(f);
   const StressDerivative<double> a = stress_derivative(flesh_slopes(flesh, d.s), d.s);
-  const Matrix g = product(transposed(d.u), product(df, d.v));
-  const Matrix dp = {{a.xx * g.x.x + a.xy * g.y.y + a.zx * g.z.z, a.alpha.z * g.x.y + a.beta.z * g.y.x,
-                      a.alpha.y * g.x.z + a.beta.y * g.z.x},
-                     {a.alpha.z * g.y.x + a.beta.z * g.x.y, a.xy * g.x.x + a.yy * g.y.y + a.yz * g.z.z,
-                      a.alpha.x * g.y.z + a.beta.x * g.z.y},
-                     {a.alpha.y * g.z.x + a.beta.y * g.x.z, a.alpha.x * g.z.y + a.beta.x * g.y.z,
-                      a.zx * g.x.x + a.yz * g.y.y + a.zz * g.z.z}};
-  return product(product(d.u, dp), transposed(d.v));
+  return applied(a, d.u, d.v, df);
 }
 
 // Rotations with noise, matrices of any kind, half of them inside out, and flat ones.

@@ -26,24 +26,33 @@ inline Matrix3<T> composed(const Matrix3<T>& u, const Vector3<T>& s, const Matri
 }
 
 // The nearest derivative without negative eigenvalues: those of the block of the diagonal and of each pair,
-// alpha + beta and alpha - beta, become 0. The block's eigenvalues are sought where some of its minors is negative.
+// alpha + beta and alpha - beta, become 0. One that has none stays as it is.
+//
+// The block is divided by its size first: products of three of its numbers may overflow. It is definite if its minors are
+// positive; their margin is above what rounding makes of them. Only where it is not are its eigenvalues sought.
 // Source: Teran, Sifakis, Irving and Fedkiw (2005), section 5.
 template <class T>
 inline StressDerivative<T> made_definite(const StressDerivative<T>& a) {
   StressDerivative<T> d = a;
   const auto pair = [](T& alpha, T& beta) {
-    const T sum = max(alpha + beta, T(0)), difference = max(alpha - beta, T(0));
-    alpha = T(.5f) * (sum + difference), beta = T(.5f) * (sum - difference);
+    const auto is_definite = abs(beta) <= alpha;
+    const T half = T(.5f) * max(alpha + abs(beta), T(0));
+    beta = select(is_definite, beta, select(beta < T(0), -half, half)), alpha = select(is_definite, alpha, half);
   };
   pair(d.alpha.x, d.beta.x), pair(d.alpha.y, d.beta.y), pair(d.alpha.z, d.beta.z);
-  const T of_xy = a.xx * a.yy - a.xy * a.xy;
-  const T whole = a.zz * of_xy - a.yz * (a.xx * a.yz - a.zx * a.xy) + a.zx * (a.xy * a.yz - a.zx * a.yy);
-  const auto is_definite = (a.xx > T(0)) & (of_xy > T(0)) & (whole > T(0));
+
+  const T sum = abs(a.xx) + abs(a.yy) + abs(a.zz) + abs(a.xy) + abs(a.yz) + abs(a.zx);
+  const T size = max(sum, T(1e-30f)), scale = T(1) / size;
+  const T xx = scale * a.xx, yy = scale * a.yy, zz = scale * a.zz;
+  const T xy = scale * a.xy, yz = scale * a.yz, zx = scale * a.zx;
+  const T of_xy = xx * yy - xy * xy, whole = zz * of_xy - yz * (xx * yz - zx * xy) + zx * (xy * yz - zx * yy);
+  const T margin(1e-5f);
+  const auto is_definite = (xx > T(0)) & (of_xy > margin * (xx * yy)) & (whole > margin * (xx * yy * zz));
   if (all(is_definite)) return d;
-  svd_detail::Symmetric<T> block = {a.xx, a.yy, a.zz, a.xy, a.zx, a.yz};
+  svd_detail::Symmetric<T> block = {xx, yy, zz, xy, zx, yz};
   const Matrix3<T> axes = matrix_of(svd_detail::diagonalize(block));
-  const Matrix3<T> kept =
-      composed(axes, {max(block.xx, T(0)), max(block.yy, T(0)), max(block.zz, T(0))}, axes);
+  const auto kept_of = [&](const T& eigenvalue) { return size * max(eigenvalue, T(0)); };
+  const Matrix3<T> kept = composed(axes, {kept_of(block.xx), kept_of(block.yy), kept_of(block.zz)}, axes);
   d.xx = select(is_definite, a.xx, kept.x.x), d.yy = select(is_definite, a.yy, kept.y.y);
   d.zz = select(is_definite, a.zz, kept.z.z), d.xy = select(is_definite, a.xy, kept.x.y);
   d.yz = select(is_definite, a.yz, kept.y.z), d.zx = select(is_definite, a.zx, kept.z.x);

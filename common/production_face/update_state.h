@@ -7,7 +7,8 @@
 // With `definite`, the derivative has no negative eigenvalues: those of the flesh become 0, and so does the slope of a
 // fibre's tension. Newton's method then goes downhill everywhere, but converges only linearly.
 //
-// In:  body, flesh; pose, finite, displacements so that entries of F are below 1e4.
+// In:  body; flesh with moduli up to those of Flesh; pose, finite, with entries of F up to 40. There, the derivative of
+//      a tetrahedron that is turned inside out comes near the greatest float.
 // Out: strained, of the body's size: all of it, the elements that fill up the last block included.
 // Source: [ITJ07] "Production Face"; Teran, Sifakis, Irving and Fedkiw, Robust quasistatic finite elements and flesh
 //         simulation, SCA 2005.
