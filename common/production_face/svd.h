@@ -1,14 +1,15 @@
 // The singular value decomposition of a 3x3 matrix by rotations: F = U diag(s) V^T, for a number or for lanes.
 //
 //   U, V     rotations: det = +1
-//   s        s.x >= s.y >= |s.z|; s.z < 0 where det F < 0, a tetrahedron that is inside out
+//   s        s.x >= s.y >= |s.z| but for rounding, s.y >= 0; s.z < 0 where det F < 0, a tetrahedron that is inside out
 //
 // Jacobi's iteration turns F^T F to a diagonal matrix and collects its rotations in V, with angles that cost a root and
 // a division. The columns of F V are then orthogonal but for rounding. They are sorted by length, and three Givens
 // rotations make F V = U R; R's diagonal is s. What stands beside its diagonal is dropped.
 //
-// Error: |F - U diag(s) V^T| <= 7e-7 |F| over matrices from a rotation with noise to inverted and flat ones; for (1, .01,
-// -.0001), 5e-6. U and V are rotations to 1e-6. Where singular values are equal, the matrices are not unique.
+// Error, measured: each entry of F - U diag(s) V^T is at most 1e-6 of F's greatest entry, over rotations with noise and
+// matrices inverted, flat or with equal values; 1e-5 where values are (1, .01, -.0001). U U^T and V V^T are 1 to 1.2e-6.
+// Where singular values are equal, the rotations are not unique.
 //
 // In: F, finite, with entries of at most 1e9. Where its greatest entry is below 1e-9, s and F are off by 1e-9.
 // Source: McAdams, Selle, Tamstorf, Teran and Sifakis, Computing the singular value decomposition of 3x3 matrices with
@@ -129,7 +130,7 @@ struct Givens {
     const auto is_zero = length <= T(1e-18f);
     const T scale = T(1) / select(is_zero, T(1), length);
     c = select(is_zero, T(1), scale * diagonal), s = select(is_zero, T(0), scale * below);
-    diagonal = select(is_zero, diagonal, length);
+    diagonal = select(is_zero, T(0), length);
   }
   void turn_rows(T& a, T& b) const {
     const T before = a;
