@@ -21,9 +21,9 @@ double volume_of(const Mesh& mesh, const std::array<std::int32_t, 4>& t) {
 
 // --- The lattice
 
-// Nodes are rounded by at most n u spacing, u = 2^-53, n the most cells a side. Edges are no longer than the spacing, so
-// that a volume, a sixth of a product of three of them, is off by 3/6 times 2 sqrt(3) n u spacing^3, which is 21 n u of
-// it; five operations of the volume's round, too.
+// Nodes are rounded by at most n u spacing, u = 2^-53, n the most cells a side. Edges are no longer than the spacing,
+// so that a volume, a sixth of a product of three of them, is off by 3/6 times 2 sqrt(3) n u spacing^3, which is 21 n u
+// of it; five operations of the volume's round, too.
 TEST(ProductionFaceLattice, TetrahedraAreAlikeAndFillTheBox) {
   for (const std::array<int, 3>& cells : {std::array{1, 1, 1}, std::array{2, 3, 5}, std::array{4, 1, 2}}) {
     const double spacing = .0028;
@@ -42,8 +42,8 @@ TEST(ProductionFaceLattice, TetrahedraAreAlikeAndFillTheBox) {
   }
 }
 
-// A face belongs to two tetrahedra that lie on its two sides, or to one and lies on a side of the box. With the volumes,
-// they fill the box without a gap and without an overlap.
+// A face belongs to two tetrahedra that lie on its two sides, or to one and lies on a side of the box. With the
+// volumes, they fill the box without a gap and without an overlap.
 TEST(ProductionFaceLattice, FacesAreSharedOrOnTheBox) {
   const std::array<int, 3> cells = {3, 2, 4};
   const Mesh mesh = make_lattice(cells, 1);
@@ -164,8 +164,11 @@ TEST(ProductionFaceBody, FibresStandInSlots) {
   ASSERT_EQ(body.blocks(), 3);
   EXPECT_EQ(body.first_fibre, (Array<std::int32_t>{0, 2, 2, 3}));
   ASSERT_EQ(body.muscle.blocks(), 3);
-  const std::map<int, std::array<float, 5>> expected = {  // by place: muscle, direction, share
-      {0, {1, 1, 0, 0, 1}}, {3, {1, 0, 0, 1, 1}}, {16, {0, 0, 1, 0, .5f}}, {2 * 16 + 3, {0, 0, 1, 0, .25f}}};
+  const std::map<int, std::array<float, 5>> expected = {// by place: muscle, direction, share
+                                                        {0, {1, 1, 0, 0, 1}},
+                                                        {3, {1, 0, 0, 1, 1}},
+                                                        {16, {0, 0, 1, 0, .5f}},
+                                                        {2 * 16 + 3, {0, 0, 1, 0, .25f}}};
   for (int place = 0; place < 3 * lanes; ++place) {
     const auto fibre = expected.contains(place) ? expected.at(place) : std::array<float, 5>{-1, 0, 0, 0, 0};
     EXPECT_EQ(body.muscle.at(place, 0), fibre[0]) << place;
@@ -226,7 +229,9 @@ TEST(ProductionFaceMesh, FaultsAreNamed) {
   EXPECT_EQ(fault([](Mesh& m) { m.nodes.push_back({0, 0, 0}); }), "node 9 is in no tetrahedron");
   for (const double bad : {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()})
     for (int k = 0; k < 3; ++k)
-      EXPECT_EQ(fault([&](Mesh& m) { (k == 0 ? m.nodes[4].x : k == 1 ? m.nodes[4].y : m.nodes[4].z) = bad; }),
+      EXPECT_EQ(fault([&](Mesh& m) {
+                  (k == 0 ? m.nodes[4].x : k == 1 ? m.nodes[4].y : m.nodes[4].z) = bad;
+                }),
                 "node 4 has a position that is not finite");
 }
 

@@ -3,8 +3,8 @@
 #ifndef EIGEN_DONT_VECTORIZE
 #define EIGEN_DONT_VECTORIZE
 #endif
-#include <eigen3/Eigen/Dense>
 #include <cstdio>
+#include <eigen3/Eigen/Dense>
 #include <functional>
 #include <string>
 #include <vector>
@@ -47,8 +47,7 @@ struct Class {
 };
 
 const std::vector<Class> classes = {
-    {"flesh", 1e-6,
-     [](std::mt19937& g) { return product(svd(random_matrix(g)).u, identity + .1 * random_matrix(g)); }},
+    {"flesh", 1e-6, [](std::mt19937& g) { return product(svd(random_matrix(g)).u, identity + .1 * random_matrix(g)); }},
     {"normal", 1e-6, [](std::mt19937& g) { return random_matrix(g); }},
     {"equal", 1e-6, [](std::mt19937& g) { return with_values(1.3, 1, 1, g); }},
     {"all equal", 1e-6, [](std::mt19937& g) { return with_values(1, 1, -1, g); }},
@@ -167,13 +166,19 @@ Matrix3d clamped(const Matrix3d& m) {
 StressDerivative<float> random_derivative(double size, double more, std::mt19937& generator) {
   const Matrix m = size * random_matrix(generator), pairs = size * random_matrix(generator);
   const auto f = [](double x) { return static_cast<float>(x); };
-  return {f(m.x.x + more * size), f(m.y.y + more * size), f(m.z.z + more * size), f(m.x.y), f(m.y.z), f(m.z.x),
-          {f(pairs.x.x), f(pairs.x.y), f(pairs.x.z)}, {f(pairs.y.x), f(pairs.y.y), f(pairs.y.z)}};
+  return {f(m.x.x + more * size),
+          f(m.y.y + more * size),
+          f(m.z.z + more * size),
+          f(m.x.y),
+          f(m.y.z),
+          f(m.z.x),
+          {f(pairs.x.x), f(pairs.x.y), f(pairs.x.z)},
+          {f(pairs.y.x), f(pairs.y.y), f(pairs.y.z)}};
 }
 
-// The block's eigenvalues are those of it but for rounding, and a clamp moves no farther (it is a projection to a convex
-// set). The axes are a rotation to 1e-6, twice; the iteration's eighteen turns round each entry by at most 4 u of the
-// block, u = 2^-24, the product that is made of them by as much again: (2.4e-6 + 76 u) |block|.
+// The block's eigenvalues are those of it but for rounding, and a clamp moves no farther (it is a projection to a
+// convex set). The axes are a rotation to 1e-6, twice; the iteration's eighteen turns round each entry by at most 4 u
+// of the block, u = 2^-24, the product that is made of them by as much again: (2.4e-6 + 76 u) |block|.
 TEST(ProductionFaceDefinite, IsAnEigenvalueClamp) {
   std::mt19937 generator(5);
   int kept = 0, changed = 0;
@@ -215,12 +220,12 @@ TEST(ProductionFaceDefinite, RoundingPassesNothingIndefinite) {
   for (int i = 0; i < 20000; ++i) {
     const Vector3<double> v = random_matrix(generator).x, w = std::pow(10, -4 * (i % 3)) * random_matrix(generator).x;
     const Matrix m = outer(v, v) + outer(w, w) + std::pow(10, -1. - i % 8) * uniform(generator) * identity;
-    const StressDerivative<float> a = {float(m.x.x), float(m.y.y), float(m.z.z), float(m.x.y), float(m.y.z),
-                                       float(m.z.x), {1, 1, 1}, {0, 0, 0}};
+    const StressDerivative<float> a = {float(m.x.x), float(m.y.y), float(m.z.z), float(m.x.y),
+                                       float(m.y.z), float(m.z.x), {1, 1, 1},    {0, 0, 0}};
     const Matrix3d block = block_of(to_double(a)), found = block_of(to_double(made_definite(a)));
     const double least = Eigen::SelfAdjointEigenSolver<Matrix3d>(found).eigenvalues()[0];
-    // axes diag axes^T is definite whatever the axes are, but for the four roundings of each entry, 12 u in all; one that
-    // is kept is definite.
+    // axes diag axes^T is definite whatever the axes are, but for the four roundings of each entry, 12 u in all; one
+    // that is kept is definite.
     EXPECT_GE(least, found == block ? -1e-15 * block.norm() : -12 * 0x1p-24 * found.norm());
   }
 }

@@ -1,9 +1,10 @@
 // A body of tetrahedra with muscles in it: at rest, and deformed.
 //
-// Corners of a tetrahedron are counted from 0 to 3. Of a function that is linear in it, corner a's share is the function
-// h_a that is 1 at the corner and 0 at the others; gradient[a] is its slope at rest, and those of corners 1 to 3 are the
-// rows of Dm^-1, Dm = [X1 - X0, X2 - X0, X3 - X0]. So F = I + sum over a = 1, 2, 3 of (u_a - u_0) gradient[a]^T, where u
-// are displacements. Displacements are kept, and not positions: in float, strains then are as exact as they are small.
+// Corners of a tetrahedron are counted from 0 to 3. Of a function that is linear in it, corner a's share is the
+// function h_a that is 1 at the corner and 0 at the others; gradient[a] is its slope at rest, and those of corners 1 to
+// 3 are the rows of Dm^-1, Dm = [X1 - X0, X2 - X0, X3 - X0]. So F = I + sum over a = 1, 2, 3 of (u_a - u_0)
+// gradient[a]^T, where u are displacements. Displacements are kept, and not positions: in float, strains then are as
+// exact as they are small.
 //
 // The last block of tetrahedra is filled up with copies of the last one that have no volume. Both versions compute
 // them, too.
@@ -26,8 +27,8 @@ struct Body {
   Blocked<Real> gradient;        // 9, 1/m: of corners 1, 2 and 3
   Blocked<Real> volume;          // 1, m^3
 
-  // Muscle fibres. A block of tetrahedra has as many slots of fibres as that of its tetrahedra which has the most: block b
-  // those from first_fibre[b] to first_fibre[b + 1] - 1. A slot is a block of Blocked.
+  // Muscle fibres. A block of tetrahedra has as many slots of fibres as that of its tetrahedra which has the most:
+  // block b those from first_fibre[b] to first_fibre[b + 1] - 1. A slot is a block of Blocked.
   Array<std::int32_t> first_fibre;
   Blocked<std::int32_t> muscle;  // 1: whose the fibre is, -1 where a tetrahedron has none in this slot
   Blocked<Real> fibre;           // 4: its direction, of length 1, and the share of the tetrahedron that is muscle

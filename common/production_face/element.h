@@ -28,8 +28,8 @@ inline Matrix3<T> composed(const Matrix3<T>& u, const Vector3<T>& s, const Matri
 // The nearest derivative without negative eigenvalues: those of the block of the diagonal and of each pair,
 // alpha + beta and alpha - beta, become 0. One that has none stays as it is.
 //
-// The block is divided by its size first: products of three of its numbers may overflow. It is definite if its minors are
-// positive; their margin is above what rounding makes of them. Only where it is not are its eigenvalues sought.
+// The block is divided by its size first: products of three of its numbers may overflow. It is definite if its minors
+// are positive; their margin is above what rounding makes of them. Only where it is not are its eigenvalues sought.
 // Source: Teran, Sifakis, Irving and Fedkiw (2005), section 5.
 template <class T>
 inline StressDerivative<T> made_definite(const StressDerivative<T>& a) {

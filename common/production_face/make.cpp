@@ -96,8 +96,8 @@ Mesh make_lattice(const std::array<int, 3>& cells, double spacing) {
     if (shape_of(x).volume < 0) std::swap(t[2], t[3]);
     mesh.tetrahedra.push_back(t);
   };
-  // About the face of four corners, in turn, between the middles of two cells; or, at a side of the box, in front of the
-  // one middle, along a diagonal that alternates.
+  // About the face of four corners, in turn, between the middles of two cells; or, at a side of the box, in front of
+  // the one middle, along a diagonal that alternates.
   const auto add_face = [&](const std::array<std::int32_t, 4>& face, std::int32_t low, std::int32_t high, bool odd) {
     if (low >= 0 && high >= 0)
       for (int k = 0; k < 4; ++k) add({low, high, face[k], face[(k + 1) % 4]});
@@ -142,8 +142,7 @@ std::string fault_of(const Mesh& mesh) {
       if (std::ranges::count(t, corner) > 1) return name + " has node " + std::to_string(corner) + " twice";
       has_one[corner] = true;
     }
-    const double volume =
-        shape_of({mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]}).volume;
+    const double volume = shape_of({mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]}).volume;
     if (!(volume > 0)) return name + " has no positive volume";
   }
   const auto alone = std::ranges::find(has_one, false);

@@ -53,8 +53,7 @@ inline Curve<T> passive_curve(const T& stretch) {
   const T e = stretch - T(1), bounded = min(max(e, T(0)), T(end)), beyond = max(e - T(end), T(0));
   const T growth = exp(T(rate) * bounded);
   const T value = T(scale) * (growth - T(rate) * bounded - T(1)), slope = T(scale * rate) * (growth - T(1));
-  const T integral =
-      T(scale) * ((growth - T(1)) / T(rate) - bounded * (T(1) + T(.5f * rate) * bounded));
+  const T integral = T(scale) * ((growth - T(1)) / T(rate) - bounded * (T(1) + T(.5f * rate) * bounded));
   return {value + beyond * slope, slope, integral + beyond * (value + T(.5f) * beyond * slope)};
 }
 

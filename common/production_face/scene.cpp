@@ -22,9 +22,9 @@ Mesh read_lattice(const toml::table& scene) {
   for (const double n : {cells.x, cells.y, cells.z})
     if (n != std::floor(n)) refuse_value(*lattice->get("cells"), "cells", "three whole numbers");
   const double tetrahedra = 12 * cells.x * cells.y * cells.z;
-  require_memory(bytes_per_tetrahedron * tetrahedra,
-                 position(lattice->source()) + ": " + std::to_string(static_cast<long long>(tetrahedra)) +
-                     " tetrahedra");
+  require_memory(
+      bytes_per_tetrahedron * tetrahedra,
+      position(lattice->source()) + ": " + std::to_string(static_cast<long long>(tetrahedra)) + " tetrahedra");
   return make_lattice({int(cells.x), int(cells.y), int(cells.z)}, spacing);
 }
 

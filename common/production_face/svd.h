@@ -8,13 +8,13 @@
 // rotations make F V = U R; R's diagonal is s. What stands beside its diagonal is dropped.
 //
 // Error, measured: each entry of F - U diag(s) V^T is at most 1e-6 of F's greatest entry, over rotations with noise and
-// matrices inverted, flat or with equal values; 1e-5 where values are (1, .01, -.0001). U U^T and V V^T are 1 to 1.2e-6.
-// Where singular values are equal, the rotations are not unique.
+// matrices inverted, flat or with equal values; 1e-5 where values are (1, .01, -.0001). U U^T and V V^T are 1 to
+// 1.2e-6. Where singular values are equal, the rotations are not unique.
 //
 // In: F, finite, with entries of at most 1e9. Where its greatest entry is below 1e-9, s and F are off by 1e-9.
 // Source: McAdams, Selle, Tamstorf, Teran and Sifakis, Computing the singular value decomposition of 3x3 matrices with
-//         minimal branching and elementary floating point operations, UW-Madison TR1690 (2011). The signs: Irving, Teran
-//         and Fedkiw, Invertible finite elements for robust simulation of large deformation, SCA 2004.
+//         minimal branching and elementary floating point operations, UW-Madison TR1690 (2011). The signs: Irving,
+//         Teran and Fedkiw, Invertible finite elements for robust simulation of large deformation, SCA 2004.
 #pragma once
 
 #include <type_traits>

@@ -1,4 +1,5 @@
-// Contract: what a pose makes of each tetrahedron: the rotations of its strain, its stress, and the stress's derivative.
+// Contract: what a pose makes of each tetrahedron: the rotations of its strain, its stress, and the stress's
+// derivative.
 //
 //   F = U diag(s) V^T                  svd.h
 //   P = flesh (flesh_material.h) + each muscle fibre (muscle.h)

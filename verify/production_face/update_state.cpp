@@ -20,21 +20,24 @@ Case make(const std::string& path, bool definite) {
   const double n = in->body.tetrahedra;
   return make_case<Strained<float>>({
       .start = std::make_shared<const Strained<float>>(start),
-      .serial = [in, definite](Strained<float>& s) { serial::update_state(in->body, in->flesh, in->pose, definite, s); },
+      .serial = [in,
+                 definite](Strained<float>& s) { serial::update_state(in->body, in->flesh, in->pose, definite, s); },
       .best_serial = nullptr,
-      .openmp = [in, definite](Strained<float>& s) { openmp::update_state(in->body, in->flesh, in->pose, definite, s); },
+      .openmp = [in,
+                 definite](Strained<float>& s) { openmp::update_state(in->body, in->flesh, in->pose, definite, s); },
       .compare = nullptr,
       .work = {n, "tetrahedra", n * (4 * (4 + 9 + 39) + 12), 1800 * n, n / in->body.padded_tetrahedra()},
   });
 }
 
-const Register update_state{
-    {.name = "production_face/update_state",
-     .place = 1,
-     .forms = {{.name = "definite", .make = [](const std::string& path) { return make(path, true); },
-                .scenes = body_scenes()},
-               {.name = "exact", .make = [](const std::string& path) { return make(path, false); },
-                .scenes = body_scenes()}}}};
+const Register update_state{{.name = "production_face/update_state",
+                             .place = 1,
+                             .forms = {{.name = "definite",
+                                        .make = [](const std::string& path) { return make(path, true); },
+                                        .scenes = body_scenes()},
+                                       {.name = "exact",
+                                        .make = [](const std::string& path) { return make(path, false); },
+                                        .scenes = body_scenes()}}}};
 
 }  // namespace
 }  // namespace lockstep::verify
