@@ -57,7 +57,9 @@ TEST(ProductionFaceLattice, FacesAreSharedOrOnTheBox) {
       ++faces[sorted][face[(first + 1) % 3] == sorted[1]];
     }
   int on_box = 0;
-  for (const auto& [face, met] : faces) {
+  for (const auto& entry : faces) {
+    const auto& face = entry.first;
+    const auto& met = entry.second;
     if (met[0] == 1 && met[1] == 1) continue;
     EXPECT_EQ(met[0] + met[1], 1);
     ++on_box;

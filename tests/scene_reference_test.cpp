@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <regex>
@@ -17,48 +16,18 @@
 #include "common/levelset/scene.h"
 #include "common/linear/scene.h"
 #include "common/memory.h"
+#include "common/production_face/scene.h"
 #include "common/production_fluid/scene.h"
 #include "common/rigid/arrays.h"
 #include "common/rigid/scene.h"
 #include "common/toml.h"
+#include "tests/scene_document.h"
 #include "tests/temporary_folder.h"
 #include "verify/arrays.h"
 #include "verify/domain.h"
 
 namespace lockstep {
 namespace {
-
-// --- The document
-
-struct Row {
-  std::string key, range, otherwise;  // without its brackets and quotes
-};
-using Section = std::vector<Row>;
-using Document = std::map<std::string, std::map<std::string, Section>>;  // by domain and table; "" is the top level
-
-std::string without(const std::string& cell, const std::string& what) {
-  return std::regex_replace(cell, std::regex(what), "");
-}
-std::string bare(const std::string& cell) { return without(cell, "`"); }
-
-Document read_document() {
-  std::ifstream in("scenes/README.md");
-  Document document;
-  std::string domain, section;
-  const std::regex heading("(##|###) (.+)"), row("\\| `([^|]*)` \\|[^|]*\\|[^|]*\\|([^|]*)\\|([^|]*)\\|");
-  for (std::string line; std::getline(in, line);) {
-    std::smatch match;
-    if (std::regex_match(line, match, heading)) {
-      (match[1] == "##" ? domain : section) = without(match[2], "[`\\[\\]]");
-      if (match[1] == "##") section = "";
-    } else if (std::regex_match(line, match, row)) {
-      const std::string ends = "^ +| +$";
-      document[domain][section].push_back(
-          {without(match[1], "[\\[\\]]"), without(match[2], ends), without(match[3], ends)});
-    }
-  }
-  return document;
-}
 
 // --- Scenes with one of each table: where a table is not reached, another scene has it.
 
@@ -97,6 +66,9 @@ std::string base_of(const std::string& domain, const std::string& section) {
                                           "[[air]]\ncentre = [0.5, 0.4, 0.5]\nradius = 0.1\n"
                                           "[[source]]\ncentre = [0.5, 0.9, 0.5]\nradius = 0.1\n"},
       {"production_fluid/mesh", box_of_cells + "[pool]\nheight = 0.4\n[mesh]\nfile = \"a.obj\"\n"},
+      {"production_face",
+       "kind = \"production_face\"\n[lattice]\ncells = [1, 2, 1]\nspacing = 0.01\n[[muscle]]\n"
+       "from = [0, 0, 0]\nto = [0.01, 0.02, 0.01]\nradius = 0.01\n"},
       {"linear", "kind = \"linear\"\n[poisson]\ncells = 12\n"},
       {"linear/elasticity", "kind = \"linear\"\n[elasticity]\npoints = 2\n"},
       {"linear/file", "kind = \"linear\"\n[file]\nmatrix = \"a.mtx\"\n"}};
@@ -163,6 +135,14 @@ std::uint64_t hash_of_scene(const std::string& domain, const std::string& path) 
                                   hash_of(s.fluid), m.gravity, m.frame, m.per_block, m.given, m.period, s.frames,
                                   s.volume_bound);
     for (const auto& source : m.sources) hash += hash_all(source.centre, source.radius, source.velocity, source.until);
+    return hash;
+  }
+  if (domain == "production_face") {
+    const production_face::Scene s = production_face::load_scene(path);
+    std::uint64_t hash = hash_all(s.flesh.m10, s.flesh.m01, s.flesh.kappa);
+    for (const Array<float>* values : {&s.body.rest.x, &s.body.rest.y, &s.body.rest.z, &s.body.fibre.value,
+                                       &s.pose.displacement.x, &s.pose.activation})
+      hash = verify::hash_bytes(std::span<const float>(*values), hash);
     return hash;
   }
   const linear::Scene s = linear::load_scene(path);

@@ -81,7 +81,7 @@ struct Points {
 }  // namespace
 
 Mesh make_lattice(const std::array<int, 3>& cells, double spacing) {
-  const auto [nx, ny, nz] = cells;
+  const int nx = cells[0], ny = cells[1], nz = cells[2];
   const Points corner = {nx + 1, ny + 1, nz + 1, 0}, middle = {nx, ny, nz, (nx + 1) * (ny + 1) * (nz + 1)};
   Mesh mesh;
   for (int z = 0; z <= nz; ++z)

@@ -63,7 +63,7 @@ struct HalfAngle {
 template <class T>
 inline HalfAngle<T> angle_to_diagonal(const T& pp, const T& pq, const T& qq) {
   constexpr double cosine = .92387953251128674, sine = .38268343236508977;  // of pi / 8
-  const auto rests = abs(pq) <= negligible_to<T>() * (pp + qq);
+  const auto rests = abs(pq) <= negligible_to<T>() * (abs(pp) + abs(qq));
   const T c = select(rests, T(1), T(2) * (pp - qq)), s = select(rests, T(0), pq);
   const auto is_small = T(5.8284271247461901) * s * s < c * c;  // (1 + sqrt 2)^2
   const T scale = T(1) / sqrt(select(is_small, c * c + s * s, T(1)));
