@@ -1,6 +1,6 @@
 // The stiffness matrix of a strained body, K = -df/du: how the forces of its nodes fall as displacements grow.
 //
-//   K_ij = sum over the tetrahedra with nodes i and j of their K_ac (element_stiffness.h)
+//   K_ij = sum over the tetrahedra with nodes i and j of their K_ac (element_stiffness.h),   K_ii = -sum over j of K_ij
 //
 // in N/m. K is symmetric to the bit. Where `strained` has been made definite, x^T K x >= 0 but for rounding.
 //
@@ -29,7 +29,7 @@ void assemble(const Body<double>& body, const Strained<double>& strained, const 
 // Room for the shares: share s is the nine numbers from 9 s on. Lanes load sixteen, so there is room behind the last.
 template <class Real>
 Array<Real> make_shares(const Body<Real>& body) {
-  return Array<Real>(9 * upper_blocks * static_cast<std::size_t>(body.padded_tetrahedra()) + lanes);
+  return Array<Real>(9 * pairs * static_cast<std::size_t>(body.padded_tetrahedra()) + lanes);
 }
 
 namespace openmp {

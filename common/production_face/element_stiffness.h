@@ -10,8 +10,9 @@
 //
 //   volume (w . gradient_a) (w . gradient_c) (t / l I + c (F w) (F w)^T).
 //
-// K_ca is K_ac^T, so blocks with a <= c are enough, and of K_aa its upper triangle. Where all corners move alike nothing
-// changes, so corner 0's blocks are minus the sums of the others.
+// K_ca is K_ac^T, so a block for each two corners is enough. Where all corners move alike nothing changes: the blocks of a
+// row sum to 0. So those of corner 0 follow from the others', and the diagonal of the whole matrix follows from its other
+// blocks (set_diagonal): a tetrahedron gives none of it.
 //
 // Source: Teran, Sifakis, Irving and Fedkiw, Robust quasistatic finite elements and flesh simulation, SCA 2005.
 #pragma once
@@ -20,19 +21,18 @@
 
 namespace lockstep::production_face {
 
-inline constexpr int upper_blocks = 10;  // of a tetrahedron
+inline constexpr int pairs = 6;  // of corners
 
-// Where K_ac stands, a <= c.
-constexpr int upper_block(int a, int c) { return a * (7 - a) / 2 + c; }
+// Where K_ac stands, or its transpose where a > c: the pairs first, then the blocks of corners 1, 2 and 3 with
+// themselves, from which those of corner 0 follow.
+inline constexpr int block_of[4][4] = {{-1, 0, 1, 2}, {0, 6, 3, 4}, {1, 3, 7, 5}, {2, 4, 5, 8}};
 
 template <class T>
 struct ElementStiffness {
-  T block[upper_blocks][9];  // row by row
+  T block[pairs + 3][9];  // row by row
 
-  // K_ac, row r and column s, whatever the order of a and c.
-  const T& at(int a, int c, int r, int s) const {
-    return a <= c ? block[upper_block(a, c)][3 * r + s] : block[upper_block(c, a)][3 * s + r];
-  }
+  // K_ac, row r and column s.
+  const T& at(int a, int c, int r, int s) const { return block[block_of[a][c]][a <= c ? 3 * r + s : 3 * s + r]; }
 };
 
 namespace stiffness_detail {
@@ -72,7 +72,7 @@ inline void set_flesh_stiffness(const StrainedElement<T>& e, ElementStiffness<T>
   for (int a = 0; a < 3; ++a)
     for (int c = a; c < 3; ++c)
       stiffness_detail::turn(e.u, stiffness_detail::in_frames(d, b[a], b[c]), a == c,
-                             k.block[upper_block(a + 1, c + 1)]);
+                             k.block[block_of[a + 1][c + 1]]);
 }
 
 // Adds a fibre's to them.
@@ -88,23 +88,26 @@ inline void add_fibre_stiffness(const StrainedElement<T>& e, const StrainedFibre
   for (int a = 0; a < 3; ++a)
     for (int c = a; c < 3; ++c) {
       const T share = e.volume * (along[a] * along[c]);
-      T(&block)[9] = k.block[upper_block(a + 1, c + 1)];
+      T(&block)[9] = k.block[block_of[a + 1][c + 1]];
       for (int i = 0; i < 9; ++i) block[i] = block[i] + share * pull[i];
     }
 }
 
-// The blocks of corner 0, from those of the others.
+// The blocks of corner 0 with the others.
 template <class T>
 inline void set_first_corner(ElementStiffness<T>& k) {
   for (int c = 1; c < 4; ++c)
     for (int r = 0; r < 3; ++r)
       for (int s = 0; s < 3; ++s)
-        k.block[upper_block(0, c)][3 * r + s] = -(k.at(1, c, r, s) + k.at(2, c, r, s) + k.at(3, c, r, s));
+        k.block[block_of[0][c]][3 * r + s] = -(k.at(1, c, r, s) + k.at(2, c, r, s) + k.at(3, c, r, s));
+}
+
+// A diagonal block of the matrix, from the sums of those to its left and to its right in its row: minus both, with the
+// upper triangle in both halves.
+template <class T>
+inline void set_diagonal(const T* left, const T* right, T (&k)[9]) {
   for (int r = 0; r < 3; ++r)
-    for (int s = r; s < 3; ++s) {
-      const T sum = -(k.at(0, 1, r, s) + k.at(0, 2, r, s) + k.at(0, 3, r, s));
-      k.block[upper_block(0, 0)][3 * r + s] = sum, k.block[upper_block(0, 0)][3 * s + r] = sum;
-    }
+    for (int s = r; s < 3; ++s) k[3 * r + s] = k[3 * s + r] = -(left[3 * r + s] + right[3 * r + s]);
 }
 
 }  // namespace lockstep::production_face

@@ -38,19 +38,20 @@ void set_places(const Body<Real>& body, Pattern& pattern) {
       }
 }
 
-// A stable counting sort of all shares by their blocks.
+// Sorts all shares by their blocks: a stable counting sort.
 void set_shares(int tetrahedra, Pattern& pattern) {
+  const auto for_each_share = [&](const auto& f) {
+    for (int t = 0; t < tetrahedra; ++t)
+      for (int a = 0; a < 4; ++a)
+        for (int c = 0; c < 4; ++c)
+          if (a != c) f(pattern.place[16 * static_cast<std::size_t>(t) + 4 * a + c], pairs * t + block_of[a][c]);
+  };
   pattern.first_share.assign(pattern.blocks() + 1, 0);
-  for (const std::int32_t block : pattern.place) ++pattern.first_share[block + 1];
+  for_each_share([&](std::int32_t block, int) { ++pattern.first_share[block + 1]; });
   for (int k = 0; k < pattern.blocks(); ++k) pattern.first_share[k + 1] += pattern.first_share[k];
   Array<std::int32_t> next(pattern.first_share.begin(), pattern.first_share.end());
-  pattern.share.resize(pattern.place.size());
-  for (int t = 0; t < tetrahedra; ++t)
-    for (int a = 0; a < 4; ++a)
-      for (int c = 0; c < 4; ++c) {
-        const std::int32_t block = pattern.place[16 * static_cast<std::size_t>(t) + 4 * a + c];
-        pattern.share[next[block]++] = upper_blocks * t + upper_block(std::min(a, c), std::max(a, c));
-      }
+  pattern.share.resize(pattern.first_share.back());
+  for_each_share([&](std::int32_t block, int share) { pattern.share[next[block]++] = share; });
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "common/production_face/assemble.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/real.h"
 #include "common/simd.h"
@@ -17,7 +18,13 @@
 namespace lockstep::production_face::openmp {
 namespace {
 
-constexpr int numbers = 9 * upper_blocks;  // that a tetrahedron stores
+constexpr int numbers = 9 * pairs;  // that a tetrahedron stores
+
+// Shares are prefetched so many before their turn, that of the next row: they stand in no order that the processor knows.
+constexpr int ahead = 72;
+
+// The entries that a transposition exchanges.
+constexpr std::pair<int, int> off_diagonal[] = {{1, 3}, {2, 6}, {5, 7}};
 
 ElementStiffness<floatv> stiffness_of(const Body<Real>& body, const Strained<Real>& strained, int block) {
   const auto field = [&](const Blocked<Real>& array, int k) { return load(array.vector(block, k)); };
@@ -37,8 +44,8 @@ void turn_upward(const Body<Real>& body, int block, ElementStiffness<floatv>& k)
   for (int a = 0; a < 4; ++a)
     for (int c = a + 1; c < 4; ++c) {
       const maskv below = load(body.corner.vector(block, a)) > load(body.corner.vector(block, c));
-      floatv(&of)[9] = k.block[upper_block(a, c)];
-      for (const auto& [i, j] : {std::pair{1, 3}, {2, 6}, {5, 7}}) {
+      floatv(&of)[9] = k.block[block_of[a][c]];
+      for (const auto& [i, j] : off_diagonal) {
         const floatv above = select(below, of[j], of[i]);
         of[j] = select(below, of[i], of[j]), of[i] = above;
       }
@@ -56,6 +63,38 @@ void store_shares(const ElementStiffness<floatv>& k, float* to) {
   }
 }
 
+// The blocks of a row; entry e of block i goes to to[16 (9 i + e)]. Columns ascend. Lanes 0 to 8 are the entries, of the
+// transpose left of the diagonal.
+void add_up_row(const Pattern& pattern, const Array<Real>& shares, int row, Real* to) {
+  const auto store_block = [&](int place, const Real* block, bool transposed) {
+    Real* const first = to + 9 * lanes * (place - pattern.begin[row]);
+    for (int r = 0; r < 3; ++r)
+      for (int s = 0; s < 3; ++s) first[lanes * (3 * r + s)] = block[transposed ? 3 * s + r : 3 * r + s];
+  };
+  const auto share = [&](int s) { return &shares[9 * static_cast<std::size_t>(pattern.share[s])]; };
+  const int last = static_cast<int>(pattern.share.size()) - 1;
+  floatv left = 0.f, right = 0.f;
+  int own = 0;
+  for (int place = pattern.begin[row]; place < pattern.begin[row + 1]; ++place) {
+    floatv block = 0.f;
+    for (int s = pattern.first_share[place]; s < pattern.first_share[place + 1]; ++s) {
+      __builtin_prefetch(share(std::min(s + ahead, last)));
+      block += load(share(s));
+    }
+    const bool is_left = pattern.column[place] < row;
+    if (pattern.column[place] == row) own = place;
+    (is_left ? left : right) += block;
+    Real entry[lanes];
+    store(entry, block);
+    store_block(place, entry, is_left);
+  }
+  Real of_left[lanes], of_right[lanes], diagonal[9];
+  store(of_left, left), store(of_right, right);
+  for (const auto& [i, j] : off_diagonal) std::swap(of_left[i], of_left[j]);
+  set_diagonal(of_left, of_right, diagonal);
+  store_block(own, diagonal, false);
+}
+
 }  // namespace
 
 void assemble(const Body<Real>& body, const Strained<Real>& strained, const Pattern& pattern, Array<Real>& shares,
@@ -70,21 +109,9 @@ void assemble(const Body<Real>& body, const Strained<Real>& strained, const Patt
   // A slice writes its own rows, and reads shares that nobody writes any more.
 #pragma omp parallel for schedule(static)
   for (int slice = 0; slice < k.slices(); ++slice)
-    for (int lane = 0; lane < lanes; ++lane) {
-      const int row = k.row[slice * lanes + lane];
-      for (int i = 0; i < k.length[slice * lanes + lane]; ++i) {
-        const int place = pattern.begin[row] + i;
-        floatv sum = 0.f;
-        for (int s = pattern.first_share[place]; s < pattern.first_share[place + 1]; ++s)
-          sum += load(&shares[9 * static_cast<std::size_t>(pattern.share[s])]);
-        float above[lanes];
-        store(above, sum);
-        const bool below = pattern.column[place] < row;
-        Real* const to = &k.value[9 * lanes * static_cast<std::size_t>(k.first_slot[slice] + i) + lane];
-        for (int r = 0; r < 3; ++r)
-          for (int c = 0; c < 3; ++c) to[lanes * (3 * r + c)] = above[below ? 3 * c + r : 3 * r + c];
-      }
-    }
+    for (int lane = 0; lane < lanes; ++lane)
+      if (const int row = k.row[slice * lanes + lane]; row >= 0)
+        add_up_row(pattern, shares, row, &k.value[9 * lanes * static_cast<std::size_t>(k.first_slot[slice]) + lane]);
 }
 
 }  // namespace lockstep::production_face::openmp

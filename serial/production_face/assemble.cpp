@@ -2,7 +2,8 @@
 //
 // The force of a node depends on the nodes of the tetrahedra around it alone. So each tetrahedron has a stiffness of its
 // own, a 3x3 block for each two of its four corners, and the matrix is their sum: a block for each two nodes of a
-// tetrahedron. Where the blocks stand has been found once (pattern.h), as poses do not change it.
+// tetrahedron. Where the blocks stand has been found once (pattern.h), as poses do not change it. Where all nodes move
+// alike no force changes, so that the diagonal is minus the sum of a row's other blocks.
 //
 // The contract stands in common/production_face/assemble.h.
 #include "common/production_face/assemble.h"
@@ -28,6 +29,19 @@ ElementStiffness<Real> stiffness_of(const Body<Real>& body, const Strained<Real>
   return k;
 }
 
+// The diagonal block of a row. Columns ascend.
+void add_up_row(int row, linear::BlockRows<Real>& k) {
+  Real left[9] = {}, right[9] = {}, diagonal[9];
+  int own = 0;
+  for (int place = k.begin[row]; place < k.begin[row + 1]; ++place) {
+    if (k.column[place] == row) own = place;
+    Real(&sum)[9] = k.column[place] < row ? left : right;
+    for (int i = 0; i < 9; ++i) sum[i] += k.value[9 * static_cast<std::size_t>(place) + i];
+  }
+  set_diagonal(left, right, diagonal);
+  std::ranges::copy(diagonal, &k.value[9 * static_cast<std::size_t>(own)]);
+}
+
 }  // namespace
 
 void assemble(const Body<Real>& body, const Strained<Real>& strained, const Pattern& pattern,
@@ -37,11 +51,13 @@ void assemble(const Body<Real>& body, const Strained<Real>& strained, const Patt
     const ElementStiffness<Real> e = stiffness_of(body, strained, tetrahedron);
     for (int a = 0; a < 4; ++a)
       for (int c = 0; c < 4; ++c) {
+        if (a == c) continue;
         const std::size_t place = pattern.place[16 * static_cast<std::size_t>(tetrahedron) + 4 * a + c];
         for (int r = 0; r < 3; ++r)
           for (int s = 0; s < 3; ++s) k.value[9 * place + 3 * r + s] += e.at(a, c, r, s);
       }
   }
+  for (int row = 0; row < k.rows; ++row) add_up_row(row, k);
 }
 
 }  // namespace lockstep::production_face::serial

@@ -29,7 +29,7 @@ using namespace production_face;
 using namespace production_face_inputs;
 
 // A tetrahedron reads 40 numbers, and K is written: nine numbers a block. Six blocks are two products of matrices each,
-// which is most of about 900 operations.
+// which is most of about 750 operations.
 Case make(const std::string& path) {
   const auto in = inputs(path);
   const auto state = strained(path);
@@ -47,7 +47,7 @@ Case make(const std::string& path) {
           [](const Stiffness& openmp, const Stiffness& serial) {
             return bitwise(openmp, Stiffness{{}, linear::slice(serial.rows), {}});
           },
-      .work = {n, "tetrahedra", 4 * (40 * n + 9. * pattern->blocks()), 900 * n, n / in->body.padded_tetrahedra()},
+      .work = {n, "tetrahedra", 4 * (40 * n + 9. * pattern->blocks()), 750 * n, n / in->body.padded_tetrahedra()},
   });
 }
 

@@ -1,0 +1,251 @@
+// The stiffness matrix: against differences of forces, its null space, its definiteness; and with the serial bits.
+#include "common/production_face/assemble.h"
+
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <vector>
+
+#define EIGEN_DONT_VECTORIZE
+#include <eigen3/Eigen/Dense>
+
+#include "common/production_face/make.h"
+#include "common/production_face/scene.h"
+#include "common/production_face/update_state.h"
+
+namespace lockstep::production_face {
+namespace {
+
+Scene scene_of(const char* name) { return load_scene(std::string("scenes/production_face/") + name + ".toml"); }
+
+// Twelve tetrahedra, of which some have no fibre, some one, some two.
+Scene small_scene(double shake) {
+  const Mesh mesh = make_lattice({1, 1, 1}, .005);
+  std::vector<Fibre> fibres;
+  for (int t = 0; t < 8; ++t) fibres.push_back({t, 0, {.6, .8, 0}, 1});
+  for (int t = 3; t < 5; ++t) fibres.insert(fibres.begin() + 2 * t - 2, {t, 1, {0, .6, -.8}, .5});
+  Scene scene = {.name = "", .path = "", .body = make_body(mesh, fibres, 2), .flesh = {}, .pose = {}};
+  scene.pose.displacement.resize(scene.body.nodes);
+  std::mt19937 random(1);
+  for (Array<float>* component : {&scene.pose.displacement.x, &scene.pose.displacement.y, &scene.pose.displacement.z})
+    for (int n = 0; n < scene.body.nodes; ++n)
+      (*component)[n] = static_cast<float>(shake * std::uniform_real_distribution<double>(-1, 1)(random));
+  scene.pose.activation = {.7f, .4f};
+  return scene;
+}
+
+using Dense = Eigen::MatrixXd;
+using Vector = Eigen::VectorXd;
+
+template <class Real>
+Dense dense(const linear::BlockRows<Real>& k) {
+  Dense all = Dense::Zero(3 * k.rows, 3 * k.rows);
+  for (int i = 0; i < k.rows; ++i)
+    for (int b = k.begin[i]; b < k.begin[i + 1]; ++b)
+      for (int e = 0; e < 9; ++e) all(3 * i + e / 3, 3 * k.column[b] + e % 3) = k.value[9 * std::size_t(b) + e];
+  return all;
+}
+
+Strained<float> strained(const Scene& scene, bool definite) {
+  Strained<float> s = make_strained(scene.body);
+  serial::update_state(scene.body, scene.flesh, scene.pose, definite, s);
+  return s;
+}
+
+linear::BlockRows<float> stiffness(const Scene& scene, bool definite) {
+  const Pattern pattern = make_pattern(scene.body);
+  auto k = make_block_rows<float>(pattern);
+  k.value.assign(k.value.size(), NAN);
+  serial::assemble(scene.body, strained(scene, definite), pattern, k);
+  return k;
+}
+
+// --- A second text of the forces, in double: corner by corner, by minus the slope of the energy along F.
+
+struct InDouble {
+  Body<double> body;
+  Flesh flesh;
+  Pose<double> pose;
+};
+
+InDouble in_double(const Scene& scene) {
+  InDouble d = {in_double(scene.body), scene.flesh, {}};
+  d.pose.displacement.resize(d.body.nodes);
+  for (int n = 0; n < d.body.nodes; ++n)
+    store(d.pose.displacement, n, convert<double>(load(scene.pose.displacement, n)));
+  d.pose.activation = convert<double>(scene.pose.activation);
+  return d;
+}
+
+Vector forces(const InDouble& d, const Vector& moved) {
+  Vector all = Vector::Zero(3 * d.body.nodes);
+  for (int t = 0; t < d.body.tetrahedra; ++t) {
+    Eigen::Matrix3d g, du;  // columns: gradients; displacements against corner 0
+    const auto at = [&](int a) {
+      const int n = d.body.corner.at(t, a);
+      const Vector3<double> u = load(d.pose.displacement, n);
+      return Eigen::Vector3d(Eigen::Vector3d(u.x, u.y, u.z) + moved.segment<3>(3 * n));
+    };
+    for (int a = 0; a < 3; ++a) {
+      for (int i = 0; i < 3; ++i) g(i, a) = d.body.gradient.at(t, 3 * a + i);
+      du.col(a) = at(a + 1) - at(0);
+    }
+    const Eigen::Matrix3d f = Eigen::Matrix3d::Identity() + du * g.transpose();
+    // Eigen's singular values, with the sign of det F on the last.
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Eigen::Vector3d s = svd.singularValues();
+    Eigen::Matrix3d u = svd.matrixU();
+    if (f.determinant() < 0) s[2] = -s[2], u.col(2) = -u.col(2);
+    const Vector3<double> stretch = {s[0], s[1], s[2]};
+    const Vector3<double> p = principal_stress(flesh_slopes(d.flesh, stretch), stretch);
+    Eigen::Matrix3d stress = u * Eigen::Vector3d(p.x, p.y, p.z).asDiagonal() * svd.matrixV().transpose();
+    const int block = t / lanes;
+    for (int slot = d.body.first_fibre[block]; slot < d.body.first_fibre[block + 1]; ++slot) {
+      const int place = slot * lanes + t % lanes, muscle = d.body.muscle.at(place, 0);
+      if (muscle < 0) continue;
+      const Eigen::Vector3d w(d.body.fibre.at(place, 0), d.body.fibre.at(place, 1), d.body.fibre.at(place, 2));
+      const Eigen::Vector3d along = f * w;
+      const double pull = double(muscle_stress) * d.pose.activation[muscle] * d.body.fibre.at(place, 3);
+      stress += tension<double>(along.norm(), pull, muscle_stress, false).per_stretch * along * w.transpose();
+    }
+    for (int a = 0; a < 3; ++a) {
+      const Eigen::Vector3d force = -d.body.volume.at(t, 0) * stress * g.col(a);
+      all.segment<3>(3 * d.body.corner.at(t, a + 1)) += force;
+      all.segment<3>(3 * d.body.corner.at(t, 0)) -= force;
+    }
+  }
+  return all;
+}
+
+Dense stiffness_in_double(const InDouble& d) {
+  const Pattern pattern = make_pattern(d.body);
+  auto k = make_block_rows<double>(pattern);
+  Strained<double> s = make_strained(d.body);
+  serial::update_state(d.body, d.flesh, d.pose, false, s);
+  serial::assemble(d.body, s, pattern, k);
+  return dense(k);
+}
+
+TEST(ProductionFaceAssemble, IsMinusTheSlopeOfTheForces) {
+  for (const double shake : {0., .0002, .0008, .004}) {
+    const InDouble d = in_double(small_scene(shake));
+    const Dense k = stiffness_in_double(d);
+    // Forces are curved over the size of a cell, so that the error is about (1e-8 / 5e-3)^2; their rounding, 2^-53 by the
+    // step in units of a cell, is 5e-11. What is left is the curves' coefficients, which are float.
+    constexpr double step = 1e-8;
+    for (int i = 0; i < k.cols(); ++i) {
+      const Vector unit = step * Vector::Unit(k.cols(), i);
+      const Vector by_differences = (forces(d, -unit) - forces(d, unit)) / (2 * step);
+      EXPECT_LT((k.col(i) - by_differences).norm(), 1e-6 * k.norm()) << shake << ' ' << i;
+    }
+  }
+}
+
+TEST(ProductionFaceAssemble, FloatIsDoubleButForRounding) {
+  const Scene scene = small_scene(.0004);
+  const Dense truth = stiffness_in_double(in_double(scene)), k = dense(stiffness(scene, false));
+  EXPECT_LT((k - truth).norm(), 1e-5 * truth.norm());  // singular values of float are good to about 1e-6
+}
+
+TEST(ProductionFaceAssemble, IsSymmetricToTheBit) {
+  for (const char* name : {"one_cell", "bar_shaken", "inside_out"})
+    for (const bool definite : {false, true}) {
+      const auto k = stiffness(scene_of(name), definite);
+      for (int i = 0; i < k.rows; ++i)
+        for (int b = k.begin[i]; b < k.begin[i + 1]; ++b) {
+          const auto first = k.column.begin() + k.begin[k.column[b]];
+          const auto found = std::lower_bound(first, k.column.begin() + k.begin[k.column[b] + 1], i);
+          const std::size_t other = found - k.column.begin();
+          for (int e = 0; e < 9; ++e) {
+            const float here = k.value[9 * std::size_t(b) + e], there = k.value[9 * other + e % 3 * 3 + e / 3];
+            ASSERT_EQ(std::memcmp(&here, &there, sizeof here), 0) << name << ' ' << i << ' ' << b << ' ' << e;
+          }
+        }
+    }
+}
+
+// A tetrahedron's derivative loses at most a few u of its greatest entry when it is made definite, and its blocks and
+// their sums a few more. The product of the bound is of |K|, |x|, and 64 u.
+TEST(ProductionFaceAssemble, IsDefiniteWhereStrainsAreMadeSo) {
+  for (const char* name : {"one_cell", "bar_shaken", "inside_out"}) {
+    const auto k = linear::convert<double>(stiffness(scene_of(name), true));
+    double most = 0;  // the greatest sum of a row, at least |K|
+    for (int i = 0; i < k.rows; ++i) {
+      double sum = 0;
+      for (std::size_t e = 9 * std::size_t(k.begin[i]); e < 9 * std::size_t(k.begin[i + 1]); ++e)
+        sum += std::abs(k.value[e]);
+      most = std::max(most, sum);
+    }
+    std::mt19937 random(2);
+    std::normal_distribution<double> normal;
+    for (int trial = 0; trial < 20; ++trial) {
+      Vector x(3 * k.rows), y = Vector::Zero(3 * k.rows);
+      for (double& e : x) e = normal(random);
+      // Steps against the gradient go where K is weakest.
+      for (int step = 0; step < 10; ++step) {
+        y.setZero();
+        for (int i = 0; i < k.rows; ++i)
+          for (int b = k.begin[i]; b < k.begin[i + 1]; ++b)
+            for (int e = 0; e < 9; ++e) y[3 * i + e / 3] += k.value[9 * std::size_t(b) + e] * x[3 * k.column[b] + e % 3];
+        ASSERT_GE(x.dot(y), -64 * 0x1p-24 * most * x.squaredNorm()) << name;
+        x -= 1 / most * y;
+      }
+    }
+  }
+}
+
+TEST(ProductionFaceAssemble, RigidMotionsAreTheNullSpaceAtRest) {
+  Scene scene = small_scene(0);
+  scene.pose.activation = {0, 0};
+  const Dense k = dense(stiffness(scene, false));
+  const double size = k.norm();
+  const int nodes = scene.body.nodes;
+  for (int motion = 0; motion < 6; ++motion) {
+    Vector x(3 * nodes);
+    for (int n = 0; n < nodes; ++n) {
+      const Vector3<float> at = load(scene.body.rest, n);
+      const Eigen::Vector3d place(at.x, at.y, at.z), axis = Eigen::Vector3d::Unit(motion % 3);
+      x.segment<3>(3 * n) = motion < 3 ? axis : axis.cross(place);
+    }
+    EXPECT_LT((k * x).norm(), 32 * 0x1p-24 * size * x.norm()) << motion;  // u for each of some 30 operations
+  }
+  const Vector values = Eigen::SelfAdjointEigenSolver<Dense>(k).eigenvalues();
+  EXPECT_LT(values.head(6).cwiseAbs().maxCoeff(), 32 * 0x1p-24 * size);
+  EXPECT_GT(values[6], 1e-3 * size);
+}
+
+TEST(ProductionFaceAssemble, LanesHaveTheSerialBitsAtEveryThreadCount) {
+  std::vector<Scene> scenes = {small_scene(.0008), scene_of("bar_shaken"), scene_of("inside_out")};
+  for (const Scene& scene : scenes) {
+    const Pattern pattern = make_pattern(scene.body);
+    const Strained<float> s = strained(scene, true);
+    const linear::SlicedBlockRows expected = linear::slice(stiffness(scene, true));
+    for (const int threads : {1, 2, 3, 4, 8}) {
+      omp_set_num_threads(threads);
+      auto k = make_block_rows<float>(pattern);
+      k.value.assign(k.value.size(), NAN);
+      auto sliced = linear::slice(k);
+      auto shares = make_shares(scene.body);
+      openmp::assemble(scene.body, s, pattern, shares, sliced);
+      EXPECT_EQ(std::memcmp(sliced.value.data(), expected.value.data(), 4 * expected.value.size()), 0) << threads;
+    }
+  }
+  omp_set_num_threads(1);
+}
+
+TEST(ProductionFaceAssemble, PatternHasABlockForEachTwoNodesOfATetrahedron) {
+  const Body<float> body = small_scene(0).body;
+  const Pattern pattern = make_pattern(body);
+  // Eight corners, the middle, twelve edges of the cube, six diagonals of its faces, eight edges to the middle.
+  EXPECT_EQ(pattern.blocks(), 9 + 2 * (12 + 6 + 8));
+  EXPECT_EQ(pattern.share.size(), 12u * body.tetrahedra);
+  for (int k = 0; k < pattern.blocks(); ++k)
+    for (int s = pattern.first_share[k] + 1; s < pattern.first_share[k + 1]; ++s)
+      EXPECT_LT(pattern.share[s - 1] / pairs, pattern.share[s] / pairs);
+}
+
+}  // namespace
+}  // namespace lockstep::production_face
