@@ -133,8 +133,8 @@ TEST(ProductionFaceAssemble, IsMinusTheSlopeOfTheForces) {
   for (const double shake : {0., .0002, .0008, .004}) {
     const InDouble d = in_double(small_scene(shake));
     const Dense k = stiffness_in_double(d);
-    // Forces are curved over the size of a cell, so that the error is about (1e-8 / 5e-3)^2; their rounding, 2^-53 by the
-    // step in units of a cell, is 5e-11. What is left is the curves' coefficients, which are float.
+    // Forces are curved over the size of a cell, so that the error is about (1e-8 / 5e-3)^2; their rounding, 2^-53 by
+    // the step in units of a cell, is 5e-11. What is left is the curves' coefficients, which are float.
     constexpr double step = 1e-8;
     for (int i = 0; i < k.cols(); ++i) {
       const Vector unit = step * Vector::Unit(k.cols(), i);
@@ -189,7 +189,8 @@ TEST(ProductionFaceAssemble, IsDefiniteWhereStrainsAreMadeSo) {
         y.setZero();
         for (int i = 0; i < k.rows; ++i)
           for (int b = k.begin[i]; b < k.begin[i + 1]; ++b)
-            for (int e = 0; e < 9; ++e) y[3 * i + e / 3] += k.value[9 * std::size_t(b) + e] * x[3 * k.column[b] + e % 3];
+            for (int e = 0; e < 9; ++e)
+              y[3 * i + e / 3] += k.value[9 * std::size_t(b) + e] * x[3 * k.column[b] + e % 3];
         ASSERT_GE(x.dot(y), -64 * 0x1p-24 * most * x.squaredNorm()) << name;
         x -= 1 / most * y;
       }

@@ -45,7 +45,7 @@ const std::map<std::string, int> floors = {
     {"linear/multiply", 72},
     {"linear/update", 74},
     {"production_face/update_state", 82},
-    {"production_face/assemble", 0},
+    {"production_face/assemble", 63},
     {"production_fluid/add_sources", 95},
     {"production_fluid/adjust_radii", 86},
     {"production_fluid/advance_spray", 84},

@@ -1,8 +1,8 @@
 // The stiffness matrix, block by block.
 //
 // The algorithm and its serial form stand in serial/production_face/assemble.cpp. Tetrahedra that share a node would
-// write the same blocks, so the work falls into two passes. First, sixteen tetrahedra at a time store their shares. Then
-// each row sums the shares of its blocks in the order of tetrahedra, which is the order of the serial loop.
+// write the same blocks, so the work falls into two passes. First, sixteen tetrahedra at a time store their shares.
+// Then each row sums the shares of its blocks in the order of tetrahedra, which is the order of the serial loop.
 //
 // A share is stored for the block above the diagonal, and the block below it reads the same: K is symmetric to the bit.
 //
@@ -20,7 +20,7 @@ namespace {
 
 constexpr int numbers = 9 * pairs;  // that a tetrahedron stores
 
-// Shares are prefetched so many before their turn, that of the next row: they stand in no order that the processor knows.
+// Shares are prefetched so many before their turn, about two rows: the processor does not foresee their order.
 constexpr int ahead = 72;
 
 // The entries that a transposition exchanges.
@@ -63,8 +63,8 @@ void store_shares(const ElementStiffness<floatv>& k, float* to) {
   }
 }
 
-// The blocks of a row; entry e of block i goes to to[16 (9 i + e)]. Columns ascend. Lanes 0 to 8 are the entries, of the
-// transpose left of the diagonal.
+// The blocks of a row; entry e of block i goes to to[16 (9 i + e)]. Columns ascend. Lanes 0 to 8 are the entries, those
+// of the transpose left of the diagonal.
 void add_up_row(const Pattern& pattern, const Array<Real>& shares, int row, Real* to) {
   const auto store_block = [&](int place, const Real* block, bool transposed) {
     Real* const first = to + 9 * lanes * (place - pattern.begin[row]);

@@ -1,7 +1,7 @@
 // The stiffness matrix, tetrahedron by tetrahedron.
 //
-// The force of a node depends on the nodes of the tetrahedra around it alone. So each tetrahedron has a stiffness of its
-// own, a 3x3 block for each two of its four corners, and the matrix is their sum: a block for each two nodes of a
+// The force of a node depends on the nodes of the tetrahedra around it alone. So each tetrahedron has a stiffness of
+// its own, a 3x3 block for each two of its four corners, and the matrix is their sum: a block for each two nodes of a
 // tetrahedron. Where the blocks stand has been found once (pattern.h), as poses do not change it. Where all nodes move
 // alike no force changes, so that the diagonal is minus the sum of a row's other blocks.
 //
