@@ -31,7 +31,7 @@ Case make(const std::string& path) {
   };
   const double n = escaped->count;
   return make_case<CorrectedLevelSet>({
-      .start = std::make_shared<const CorrectedLevelSet>(in->scene.fluid.phi),
+      .start = std::make_shared<const CorrectedLevelSet>(CorrectedLevelSet{in->scene.fluid.phi}),
       .serial = with(serial::correct_level_set),
       .best_serial = nullptr,
       .openmp = with(openmp::correct_level_set),
