@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <random>
@@ -218,8 +219,27 @@ TEST(ProductionFaceAssemble, RigidMotionsAreTheNullSpaceAtRest) {
   EXPECT_GT(values[6], 1e-3 * size);
 }
 
+TEST(ProductionFaceAssemble, RowsOfHeldNodesAreEmptyAndOthersAsTheyWere) {
+  Scene scene = small_scene(.0008);
+  const auto whole = stiffness(scene, true);
+  scene.body.held = {0, 3, 8};
+  const auto k = stiffness(scene, true);
+  ASSERT_EQ(k.rows, whole.rows);
+  for (int i = 0; i < k.rows; ++i) {
+    const int blocks = k.begin[i + 1] - k.begin[i];
+    EXPECT_EQ(blocks, std::ranges::binary_search(scene.body.held, i) ? 0 : whole.begin[i + 1] - whole.begin[i]);
+    for (int b = 0; b < blocks; ++b) {
+      EXPECT_EQ(k.column[k.begin[i] + b], whole.column[whole.begin[i] + b]);
+      for (int e = 0; e < 9; ++e)
+        EXPECT_EQ(k.value[9 * (k.begin[i] + b) + e], whole.value[9 * (whole.begin[i] + b) + e]) << i << ' ' << b;
+    }
+  }
+}
+
 TEST(ProductionFaceAssemble, LanesHaveTheSerialBitsAtEveryThreadCount) {
   std::vector<Scene> scenes = {small_scene(.0008), scene_of("bar_shaken"), scene_of("inside_out")};
+  scenes.push_back(scenes[1]);
+  for (int n = 5; n < 100; n += 3) scenes.back().body.held.push_back(n);
   for (const Scene& scene : scenes) {
     const Pattern pattern = make_pattern(scene.body);
     const Strained<float> s = strained(scene, true);

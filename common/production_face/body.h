@@ -37,6 +37,8 @@ struct Body {
   // first_corner[n] to first_corner[n + 1] - 1.
   Array<std::int32_t> first_corner, corner_at_node;
 
+  Array<std::int32_t> held;  // the nodes that bones hold, ascending: their places are given
+
   int blocks() const { return volume.blocks(); }
   int padded_tetrahedra() const { return blocks() * lanes; }
 };
@@ -55,6 +57,7 @@ struct Strained {
   Blocked<Real> u, v;        // 9 each: the rotations of F's singular values, by columns
   Blocked<Real> derivative;  // 12, Pa: xx, yy, zz, xy, yz, zx, alpha, beta (flesh_material.h)
   Blocked<Real> pull;        // 5, of a fibre: F w, and t / l and c in Pa (muscle.h)
+  Blocked<Real> energy;      // 1, J/m^3: of the flesh and its fibres
 };
 
 template <Is<Strained> S, class F>
@@ -64,13 +67,14 @@ void for_each_array(S& strained, const F& f) {
   f("v", strained.v.value, strained.v.value.size());
   f("derivative", strained.derivative.value, strained.derivative.value.size());
   f("pull", strained.pull.value, strained.pull.value.size());
+  f("energy", strained.energy.value, strained.energy.value.size());
 }
 
 // Room for a body.
 template <class Real>
 Strained<Real> make_strained(const Body<Real>& body) {
   const int blocks = body.blocks(), fibres = body.muscle.value.empty() ? 0 : body.muscle.blocks();
-  return {{9, blocks}, {9, blocks}, {9, blocks}, {12, blocks}, {5, fibres}};
+  return {{9, blocks}, {9, blocks}, {9, blocks}, {12, blocks}, {5, fibres}, {1, blocks}};
 }
 
 }  // namespace lockstep::production_face

@@ -59,11 +59,12 @@ inline StressDerivative<T> made_definite(const StressDerivative<T>& a) {
   return d;
 }
 
-// What an element's strain makes of it, without its muscles.
+// What an element's strain makes of it; at first without its muscles.
 template <class T>
 struct Element {
   Svd<T> strain;
   Matrix3<T> stress;
+  T energy;
   StressDerivative<T> derivative;
 };
 
@@ -74,12 +75,13 @@ inline Element<T> element(const Matrix3<T>& f, const Flesh& flesh, bool definite
   const Vector3<T>& s = e.strain.s;
   const FleshSlopes<T> slopes = flesh_slopes(flesh, s);
   e.stress = composed(e.strain.u, principal_stress(slopes, s), e.strain.v);
+  e.energy = slopes.energy;
   e.derivative = stress_derivative(slopes, s);
   if (definite) e.derivative = made_definite(e.derivative);
   return e;
 }
 
-// A fibre's pull: adds its stress, and says what its derivative is made of.
+// A fibre's pull: adds its stress and its energy, and says what its derivative is made of.
 template <class T>
 struct Pull {
   Vector3<T> along;  // F w
@@ -89,12 +91,13 @@ struct Pull {
 // `activation` is a d, `is_there` whether the tetrahedron has the fibre.
 template <class T, class Mask>
 inline Pull<T> add_pull(const Matrix3<T>& f, const Vector3<T>& w, const T& activation, const Mask& is_there,
-                        const Mask& definite, Matrix3<T>& stress) {
+                        const Mask& definite, Element<T>& e) {
   const T most = select(is_there, T(muscle_stress), T(0));
   const Vector3<T> along = f * w;
   const Tension<T> t = tension(sqrt(dot(along, along)), most * activation, most, definite);
   const Vector3<T> force = t.per_stretch * along;
-  stress.x = stress.x + w.x * force, stress.y = stress.y + w.y * force, stress.z = stress.z + w.z * force;
+  e.stress = {e.stress.x + w.x * force, e.stress.y + w.y * force, e.stress.z + w.z * force};
+  e.energy = e.energy + t.energy;
   return {along, t.per_stretch, t.along};
 }
 

@@ -178,7 +178,7 @@ Body<double> in_double(const Body<float>& from) {
   set_shapes(body);
   body.first_fibre = from.first_fibre, body.muscle = from.muscle;
   body.fibre.fields = from.fibre.fields, body.fibre.value = convert<double>(from.fibre.value);
-  body.first_corner = from.first_corner, body.corner_at_node = from.corner_at_node;
+  body.first_corner = from.first_corner, body.corner_at_node = from.corner_at_node, body.held = from.held;
   return body;
 }
 

@@ -9,12 +9,16 @@
 namespace lockstep::production_face {
 namespace {
 
-// Each row's columns: the nodes of the tetrahedra at its node, ascending.
+// Each row's columns: the nodes of the tetrahedra at its node, ascending. None in rows of held nodes.
 template <class Real>
 void set_columns(const Body<Real>& body, Pattern& pattern) {
   Array<std::int32_t> row;
   for (int n = 0; n < body.nodes; ++n) {
     row.clear();
+    if (std::ranges::binary_search(body.held, n)) {
+      pattern.begin.push_back(pattern.blocks());
+      continue;
+    }
     for (int k = body.first_corner[n]; k < body.first_corner[n + 1]; ++k)
       for (int a = 0; a < 4; ++a) row.push_back(body.corner.at(body.corner_at_node[k] / 4, a));
     std::ranges::sort(row);
@@ -34,7 +38,7 @@ void set_places(const Body<Real>& body, Pattern& pattern) {
         const auto last = pattern.column.begin() + pattern.begin[row + 1];
         const auto found = std::lower_bound(first, last, body.corner.at(t, c));
         pattern.place[16 * static_cast<std::size_t>(t) + 4 * a + c] =
-            static_cast<std::int32_t>(found - pattern.column.begin());
+            first == last ? -1 : static_cast<std::int32_t>(found - pattern.column.begin());
       }
 }
 
@@ -44,7 +48,8 @@ void set_shares(int tetrahedra, Pattern& pattern) {
     for (int t = 0; t < tetrahedra; ++t)
       for (int a = 0; a < 4; ++a)
         for (int c = 0; c < 4; ++c)
-          if (a != c) f(pattern.place[16 * static_cast<std::size_t>(t) + 4 * a + c], pairs * t + block_of[a][c]);
+          if (const int block = pattern.place[16 * static_cast<std::size_t>(t) + 4 * a + c]; a != c && block >= 0)
+            f(block, pairs * t + block_of[a][c]);
   };
   pattern.first_share.assign(pattern.blocks() + 1, 0);
   for_each_share([&](std::int32_t block, int) { ++pattern.first_share[block + 1]; });

@@ -1,5 +1,5 @@
-// Contract: what a pose makes of each tetrahedron: the rotations of its strain, its stress, and the stress's
-// derivative.
+// Contract: what a pose makes of each tetrahedron: the rotations of its strain, its energy, its stress, and the
+// stress's derivative.
 //
 //   F = U diag(s) V^T                  svd.h
 //   P = flesh (flesh_material.h) + each muscle fibre (muscle.h)
@@ -8,7 +8,7 @@
 // With `definite`, the derivative has no negative eigenvalues: those of the flesh become 0, and so does the slope of a
 // fibre's tension. Newton's method then goes downhill everywhere, but converges only linearly.
 //
-// In:  body; flesh with moduli up to those of Flesh; pose, finite, with entries of F up to 40. There, the derivative of
+// In:  body; flesh with moduli up to those of Flesh; pose, finite, with entries of F up to 39. There, the energy of
 //      a tetrahedron that is turned inside out comes near the greatest float.
 // Out: strained, of the body's size: all of it, the elements that fill up the last block included.
 // Source: [ITJ07] "Production Face"; Teran, Sifakis, Irving and Fedkiw, Robust quasistatic finite elements and flesh

@@ -40,14 +40,14 @@ void store(Blocked<Real>& to, int block, const StressDerivative<floatv>& d) {
 
 // Adds what the fibres of a block pull.
 void add_fibres(const Body<Real>& body, const Pose<Real>& pose, const Matrix3<floatv>& f, const maskv& definite,
-                int block, Matrix3<floatv>& stress, Strained<Real>& strained) {
+                int block, Element<floatv>& e, Strained<Real>& strained) {
   for (int slot = body.first_fibre[block]; slot < body.first_fibre[block + 1]; ++slot) {
     const intv muscle = load(body.muscle.vector(slot, 0));
     const maskv is_there = muscle >= 0;
     const Vector3<floatv> w = load_vector(body.fibre, slot, 0);
     const floatv activation =
         gather(pose.activation.data(), muscle, is_there) * load(body.fibre.vector(slot, 3), is_there);
-    const Pull<floatv> pull = add_pull(f, w, activation, is_there, definite, stress);
+    const Pull<floatv> pull = add_pull(f, w, activation, is_there, definite, e);
     const floatv values[] = {pull.along.x, pull.along.y, pull.along.z, pull.per_stretch, pull.stiffness};
     for (int k = 0; k < 5; ++k) lockstep::store(strained.pull.vector(slot, k), values[k]);
   }
@@ -63,10 +63,11 @@ void update_state(const Body<Real>& body, const Flesh& flesh, const Pose<Real>& 
   for (int block = 0; block < body.blocks(); ++block) {
     const Matrix3<floatv> f = deformation_of(body, pose, block);
     Element<floatv> e = element(f, flesh, definite);
-    add_fibres(body, pose, f, all_definite, block, e.stress, strained);
+    add_fibres(body, pose, f, all_definite, block, e, strained);
     store(strained.stress, block, e.stress);
     store(strained.u, block, e.strain.u), store(strained.v, block, e.strain.v);
     store(strained.derivative, block, e.derivative);
+    lockstep::store(strained.energy.vector(block, 0), e.energy);
   }
 }
 

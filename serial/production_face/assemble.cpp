@@ -51,13 +51,14 @@ void assemble(const Body<Real>& body, const Strained<Real>& strained, const Patt
     const ElementStiffness<Real> e = stiffness_of(body, strained, tetrahedron);
     for (int a = 0; a < 4; ++a)
       for (int c = 0; c < 4; ++c) {
-        if (a == c) continue;
-        const std::size_t place = pattern.place[16 * static_cast<std::size_t>(tetrahedron) + 4 * a + c];
+        const std::ptrdiff_t place = pattern.place[16 * static_cast<std::size_t>(tetrahedron) + 4 * a + c];
+        if (a == c || place < 0) continue;
         for (int r = 0; r < 3; ++r)
           for (int s = 0; s < 3; ++s) k.value[9 * place + 3 * r + s] += e.at(a, c, r, s);
       }
   }
-  for (int row = 0; row < k.rows; ++row) add_up_row(row, k);
+  for (int row = 0; row < k.rows; ++row)
+    if (k.begin[row] < k.begin[row + 1]) add_up_row(row, k);
 }
 
 }  // namespace lockstep::production_face::serial

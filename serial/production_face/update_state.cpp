@@ -34,14 +34,14 @@ void store(Blocked<Real>& to, int tetrahedron, const StressDerivative<Real>& d) 
 
 // Adds what the fibres of a tetrahedron pull.
 void add_fibres(const Body<Real>& body, const Pose<Real>& pose, const Matrix3<Real>& f, bool definite, int tetrahedron,
-                Matrix3<Real>& stress, Strained<Real>& strained) {
+                Element<Real>& e, Strained<Real>& strained) {
   const int block = tetrahedron / lanes, lane = tetrahedron % lanes;
   for (int slot = body.first_fibre[block]; slot < body.first_fibre[block + 1]; ++slot) {
     const int place = slot * lanes + lane, muscle = body.muscle.at(place, 0);
     const bool is_there = muscle >= 0;
     const Vector3<Real> w = {body.fibre.at(place, 0), body.fibre.at(place, 1), body.fibre.at(place, 2)};
     const Real activation = is_there ? pose.activation[muscle] * body.fibre.at(place, 3) : 0;
-    const Pull<Real> pull = add_pull(f, w, activation, is_there, definite, stress);
+    const Pull<Real> pull = add_pull(f, w, activation, is_there, definite, e);
     const Real values[] = {pull.along.x, pull.along.y, pull.along.z, pull.per_stretch, pull.stiffness};
     for (int k = 0; k < 5; ++k) strained.pull.at(place, k) = values[k];
   }
@@ -54,10 +54,11 @@ void update_state(const Body<Real>& body, const Flesh& flesh, const Pose<Real>& 
   for (int tetrahedron = 0; tetrahedron < body.padded_tetrahedra(); ++tetrahedron) {
     const Matrix3<Real> f = deformation_of(body, pose, tetrahedron);
     Element<Real> e = element(f, flesh, definite);
-    add_fibres(body, pose, f, definite, tetrahedron, e.stress, strained);
+    add_fibres(body, pose, f, definite, tetrahedron, e, strained);
     store(strained.stress, tetrahedron, e.stress);
     store(strained.u, tetrahedron, e.strain.u), store(strained.v, tetrahedron, e.strain.v);
     store(strained.derivative, tetrahedron, e.derivative);
+    strained.energy.at(tetrahedron, 0) = e.energy;
   }
 }
 
