@@ -176,6 +176,14 @@ StressDerivative<float> random_derivative(double size, double more, std::mt19937
           {f(pairs.y.x), f(pairs.y.y), f(pairs.y.z)}};
 }
 
+StressDerivative<float> made_definite(StressDerivative<float> d) {
+  make_pairs_definite(d);
+  const ScaledBlock<float> scaled = scaled_block(d);
+  if (is_definite(scaled)) return d;
+  const auto [xx, yy, zz, xy, zx, yz] = definite_block(scaled);
+  return {xx, yy, zz, xy, yz, zx, d.alpha, d.beta};
+}
+
 // The block's eigenvalues are those of it but for rounding, and a clamp moves no farther (it is a projection to a
 // convex set). The axes are a rotation to 1e-6, twice; the iteration's eighteen turns round each entry by at most 4 u
 // of the block, u = 2^-24, the product that is made of them by as much again: (2.4e-6 + 76 u) |block|.

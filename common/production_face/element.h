@@ -25,38 +25,51 @@ inline Matrix3<T> composed(const Matrix3<T>& u, const Vector3<T>& s, const Matri
   return {v.x.x * x + v.y.x * y + v.z.x * z, v.x.y * x + v.y.y * y + v.z.y * z, v.x.z * x + v.y.z * y + v.z.z * z};
 }
 
-// The nearest derivative without negative eigenvalues: those of the block of the diagonal and of each pair,
-// alpha + beta and alpha - beta, become 0. One that has none stays as it is.
-//
-// The block is divided by its size first: products of three of its numbers may overflow. It is definite if its minors
-// are positive; their margin is above what rounding makes of them. Only where it is not are its eigenvalues sought.
+// The nearest derivative without negative eigenvalues has 0 in place of those that are negative. They are those of the
+// pairs, alpha + beta and alpha - beta, and of the block of the diagonal. What has none stays as it is.
 // Source: Teran, Sifakis, Irving and Fedkiw (2005), section 5.
+
 template <class T>
-inline StressDerivative<T> made_definite(const StressDerivative<T>& a) {
-  StressDerivative<T> d = a;
+inline void make_pairs_definite(StressDerivative<T>& d) {
   const auto pair = [](T& alpha, T& beta) {
     const auto is_definite = abs(beta) <= alpha;
     const T half = T(.5f) * max(alpha + abs(beta), T(0));
     beta = select(is_definite, beta, select(beta < T(0), -half, half)), alpha = select(is_definite, alpha, half);
   };
   pair(d.alpha.x, d.beta.x), pair(d.alpha.y, d.beta.y), pair(d.alpha.z, d.beta.z);
+}
 
-  const T sum = abs(a.xx) + abs(a.yy) + abs(a.zz) + abs(a.xy) + abs(a.yz) + abs(a.zx);
+// The block of the diagonal over its size: products of three of its numbers might overflow.
+template <class T>
+struct ScaledBlock {
+  svd_detail::Symmetric<T> block;
+  T size;
+};
+
+template <class T>
+inline ScaledBlock<T> scaled_block(const StressDerivative<T>& d) {
+  const T sum = abs(d.xx) + abs(d.yy) + abs(d.zz) + abs(d.xy) + abs(d.yz) + abs(d.zx);
   const T size = max(sum, T(1e-30f)), scale = T(1) / size;
-  const T xx = scale * a.xx, yy = scale * a.yy, zz = scale * a.zz;
-  const T xy = scale * a.xy, yz = scale * a.yz, zx = scale * a.zx;
+  return {{scale * d.xx, scale * d.yy, scale * d.zz, scale * d.xy, scale * d.zx, scale * d.yz}, size};
+}
+
+// By its minors, with a margin above what rounding makes of them.
+template <class T>
+inline auto is_definite(const ScaledBlock<T>& scaled) {
+  const auto& [xx, yy, zz, xy, zx, yz] = scaled.block;
   const T of_xy = xx * yy - xy * xy, whole = zz * of_xy - yz * (xx * yz - zx * xy) + zx * (xy * yz - zx * yy);
   const T margin(1e-5f);
-  const auto is_definite = (xx > T(0)) & (of_xy > margin * (xx * yy)) & (whole > margin * (xx * yy * zz));
-  if (all(is_definite)) return d;
-  svd_detail::Symmetric<T> block = {xx, yy, zz, xy, zx, yz};
+  return (xx > T(0)) & (of_xy > margin * (xx * yy)) & (whole > margin * (xx * yy * zz));
+}
+
+// The block without negative eigenvalues; it is asked only where it may have some.
+template <class T>
+inline svd_detail::Symmetric<T> definite_block(ScaledBlock<T> scaled) {
+  svd_detail::Symmetric<T>& block = scaled.block;
   const Matrix3<T> axes = matrix_of(svd_detail::diagonalize(block));
-  const auto kept_of = [&](const T& eigenvalue) { return size * max(eigenvalue, T(0)); };
+  const auto kept_of = [&](const T& eigenvalue) { return scaled.size * max(eigenvalue, T(0)); };
   const Matrix3<T> kept = composed(axes, {kept_of(block.xx), kept_of(block.yy), kept_of(block.zz)}, axes);
-  d.xx = select(is_definite, a.xx, kept.x.x), d.yy = select(is_definite, a.yy, kept.y.y);
-  d.zz = select(is_definite, a.zz, kept.z.z), d.xy = select(is_definite, a.xy, kept.x.y);
-  d.yz = select(is_definite, a.yz, kept.y.z), d.zx = select(is_definite, a.zx, kept.z.x);
-  return d;
+  return {kept.x.x, kept.y.y, kept.z.z, kept.x.y, kept.z.x, kept.y.z};
 }
 
 // What an element's strain makes of it; at first without its muscles.
@@ -69,7 +82,7 @@ struct Element {
 };
 
 template <class T>
-inline Element<T> element(const Matrix3<T>& f, const Flesh& flesh, bool definite) {
+inline Element<T> element(const Matrix3<T>& f, const Flesh& flesh) {
   Element<T> e;
   e.strain = svd(f);
   const Vector3<T>& s = e.strain.s;
@@ -77,7 +90,6 @@ inline Element<T> element(const Matrix3<T>& f, const Flesh& flesh, bool definite
   e.stress = composed(e.strain.u, principal_stress(slopes, s), e.strain.v);
   e.energy = slopes.energy;
   e.derivative = stress_derivative(slopes, s);
-  if (definite) e.derivative = made_definite(e.derivative);
   return e;
 }
 

@@ -110,7 +110,7 @@ void assemble(const Body<Real>& body, const Strained<Real>& strained, const Patt
 #pragma omp parallel for schedule(static)
   for (int slice = 0; slice < k.slices(); ++slice)
     for (int lane = 0; lane < lanes; ++lane)
-      if (const int row = k.row[slice * lanes + lane]; row >= 0 && k.length[slice * lanes + lane] > 0)
+      if (const int row = k.row[slice * lanes + lane]; row >= 0 && pattern.begin[row] < pattern.begin[row + 1])
         add_up_row(pattern, shares, row, &k.value[9 * lanes * static_cast<std::size_t>(k.first_slot[slice]) + lane]);
 }
 

@@ -32,6 +32,13 @@ void store(Blocked<Real>& to, int tetrahedron, const StressDerivative<Real>& d) 
   for (int k = 0; k < 12; ++k) to.at(tetrahedron, k) = values[k];
 }
 
+void make_definite(StressDerivative<Real>& d) {
+  const ScaledBlock<Real> scaled = scaled_block(d);
+  if (is_definite(scaled)) return;
+  const auto [xx, yy, zz, xy, zx, yz] = definite_block(scaled);
+  d = {xx, yy, zz, xy, yz, zx, d.alpha, d.beta};
+}
+
 // Adds what the fibres of a tetrahedron pull.
 void add_fibres(const Body<Real>& body, const Pose<Real>& pose, const Matrix3<Real>& f, bool definite, int tetrahedron,
                 Element<Real>& e, Strained<Real>& strained) {
@@ -53,7 +60,8 @@ void update_state(const Body<Real>& body, const Flesh& flesh, const Pose<Real>& 
                   Strained<Real>& strained) {
   for (int tetrahedron = 0; tetrahedron < body.padded_tetrahedra(); ++tetrahedron) {
     const Matrix3<Real> f = deformation_of(body, pose, tetrahedron);
-    Element<Real> e = element(f, flesh, definite);
+    Element<Real> e = element(f, flesh);
+    if (definite) make_pairs_definite(e.derivative), make_definite(e.derivative);
     add_fibres(body, pose, f, definite, tetrahedron, e, strained);
     store(strained.stress, tetrahedron, e.stress);
     store(strained.u, tetrahedron, e.strain.u), store(strained.v, tetrahedron, e.strain.v);
