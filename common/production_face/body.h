@@ -50,6 +50,12 @@ struct Pose {
   Array<Real> activation;      // 0 to 1, of the muscles
 };
 
+template <Is<Pose> P, class F>
+void for_each_array(P& pose, const F& f) {
+  f("displacement", pose.displacement, pose.displacement.x.size());
+  f("activation", pose.activation, pose.activation.size());
+}
+
 // What follows from a pose in each tetrahedron (update_state.h).
 template <class Real>
 struct Strained {

@@ -23,11 +23,11 @@ struct StrainedFibre {
 namespace strained_detail {
 
 template <class T, class Fields>
-Vector3<T> vector_from(const Fields& from, int k) {
+LOCKSTEP_INLINE Vector3<T> vector_from(const Fields& from, int k) {
   return {from(k), from(k + 1), from(k + 2)};
 }
 template <class T, class Fields>
-Matrix3<T> matrix_from(const Fields& from) {
+LOCKSTEP_INLINE Matrix3<T> matrix_from(const Fields& from) {
   return {vector_from<T>(from, 0), vector_from<T>(from, 3), vector_from<T>(from, 6)};
 }
 
@@ -35,7 +35,8 @@ Matrix3<T> matrix_from(const Fields& from) {
 
 // field(array, k) is field k of the array's elements that are meant: of one, or of sixteen.
 template <class T, class Real, class Field>
-StrainedElement<T> strained_element(const Body<Real>& body, const Strained<Real>& strained, const Field& field) {
+LOCKSTEP_INLINE StrainedElement<T> strained_element(const Body<Real>& body, const Strained<Real>& strained,
+                                                    const Field& field) {
   using namespace strained_detail;
   const auto of = [&](const Blocked<Real>& array) { return [&](int k) { return field(array, k); }; };
   const auto gradient = of(body.gradient), derivative = of(strained.derivative);
@@ -48,7 +49,8 @@ StrainedElement<T> strained_element(const Body<Real>& body, const Strained<Real>
 }
 
 template <class T, class Real, class Field>
-StrainedFibre<T> strained_fibre(const Body<Real>& body, const Strained<Real>& strained, const Field& field) {
+LOCKSTEP_INLINE StrainedFibre<T> strained_fibre(const Body<Real>& body, const Strained<Real>& strained,
+                                                const Field& field) {
   using namespace strained_detail;
   const auto of = [&](const Blocked<Real>& array) { return [&](int k) { return field(array, k); }; };
   return {vector_from<T>(of(body.fibre), 0), vector_from<T>(of(strained.pull), 0), field(strained.pull, 3),
