@@ -7,8 +7,10 @@
 //   block_rows   serial: compressed rows of 3x3 blocks. openmp: sixteen block rows a slice (SlicedBlockRows).
 //   rows_and_dot rows of a square matrix, and x . y, summed as dot does (common/linear/dot.h). openmp: in one pass; the
 //                slices are of one group, so that slice s begins at row 16 s.
+//   residual     block rows, r = b - A x in double, of an x in double: each product a_rc x_c is subtracted from b_r, in
+//                the order of the row; what is left is rounded to Real.
 //
-// In: A; x of A's columns (times 3). Out: y of A's rows (times 3). x and y do not overlap and may stand anywhere;
+// In: A; x of A's columns (times 3). Out: y or r of A's rows (times 3). Vectors do not overlap and may stand anywhere;
 // nothing beyond them is touched, and x_j only where column j has an entry in a row.
 //
 // Source: Saad, Iterative Methods for Sparse Linear Systems (2nd ed., 2003), 3.4 and 11.5.
@@ -25,6 +27,8 @@ template <class Matrix, class Real>
 using Multiply = void(const Matrix& a, std::span<const Real> x, std::span<Real> y);
 template <class Matrix, class Real>
 using MultiplyAndDot = double(const Matrix& a, std::span<const Real> x, std::span<Real> y);
+template <class Matrix, class Real>
+using Residual = void(const Matrix& a, std::span<const Real> b, std::span<const double> x, std::span<Real> r);
 
 namespace serial {
 Multiply<Rows<float>, float> multiply;
@@ -33,12 +37,15 @@ Multiply<BlockRows<float>, float> multiply;
 Multiply<BlockRows<double>, double> multiply;
 MultiplyAndDot<Rows<float>, float> multiply_and_dot;
 MultiplyAndDot<Rows<double>, double> multiply_and_dot;
+Residual<BlockRows<float>, float> residual;
+Residual<BlockRows<double>, double> residual;
 }  // namespace serial
 
 namespace openmp {
 Multiply<SlicedRows, float> multiply;
 Multiply<SlicedBlockRows, float> multiply;
 MultiplyAndDot<SlicedRows, float> multiply_and_dot;
+Residual<SlicedBlockRows, float> residual;
 }  // namespace openmp
 
 }  // namespace lockstep::linear

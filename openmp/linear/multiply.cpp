@@ -18,7 +18,7 @@ namespace {
 
 // Blocks are prefetched so many slots before their turn. A slot is 576 bytes, and the processor's own prefetching stops
 // at the end of each page of 4096.
-constexpr int ahead = 4;
+constexpr int ahead = 16;
 
 // The products of x and the rows of slice s, one a lane; 0 in lanes beyond the last row.
 LOCKSTEP_INLINE floatv times(const SlicedRows& a, std::size_t s, const float* x) {
@@ -28,6 +28,15 @@ LOCKSTEP_INLINE floatv times(const SlicedRows& a, std::size_t s, const float* x)
     where(active, sum) += value * at;
   }
   return sum;
+}
+
+// Component c of the rows of slice s, to their places in y.
+LOCKSTEP_INLINE void store_rows(const SlicedBlockRows& a, int s, const floatv (&component)[3], float* y) {
+  float of_lane[3][lanes];
+  for (int c = 0; c < 3; ++c) store(of_lane[c], component[c]);
+  for (int l = 0; l < lanes; ++l)
+    if (const std::ptrdiff_t i = a.row[s * lanes + l]; i >= 0)
+      for (int c = 0; c < 3; ++c) y[3 * i + c] = of_lane[c][l];
 }
 
 }  // namespace
@@ -72,11 +81,37 @@ void multiply(const SlicedBlockRows& a, std::span<const float> x, std::span<floa
       for (int r = 0; r < 3; ++r)
         where(active, sum[r]) += entry(r, 0) * at[0] + entry(r, 1) * at[1] + entry(r, 2) * at[2];
     }
-    float of_lane[3][lanes];
-    for (int r = 0; r < 3; ++r) store(of_lane[r], sum[r]);
-    for (int l = 0; l < lanes; ++l)
-      if (const std::ptrdiff_t i = a.row[s * lanes + l]; i >= 0)
-        for (int r = 0; r < 3; ++r) y[3 * i + r] = of_lane[r][l];
+    store_rows(a, s, sum, y.data());
+  }
+}
+
+void residual(const SlicedBlockRows& a, std::span<const float> b, std::span<const double> x, std::span<float> r) {
+  const int slices = a.slices();
+  // A slice writes its own rows of r alone.
+#pragma omp parallel for schedule(static)
+  for (int s = 0; s < slices; ++s) {
+    const intv row = load(&a.row[s * lanes]), length = load(&a.length[s * lanes]);
+    doublev rest[3];
+    for (int c = 0; c < 3; ++c) rest[c] = to_double(gather(b.data() + c, row * intv(3), row >= intv(0)));
+    for (int k = a.first_slot[s]; k < a.first_slot[s + 1]; ++k) {
+      // Inactive lanes subtract 0 times 0.
+      const maskv active = intv(k - a.first_slot[s]) < length;
+      const float* const block = &a.value[9 * lanes * static_cast<std::size_t>(k)];
+      for (int e = 0; e < 9; ++e) __builtin_prefetch(block + (9 * ahead + e) * lanes);
+      double of_lane[3][lanes] = {};
+      for (int l = 0; l < lanes; ++l)
+        if (k - a.first_slot[s] < a.length[s * lanes + l]) {
+          const double* const at = &x[3 * static_cast<std::size_t>(a.column[lanes * static_cast<std::size_t>(k) + l])];
+          for (int c = 0; c < 3; ++c) of_lane[c][l] = at[c];
+        }
+      const doublev at[3] = {load(of_lane[0]), load(of_lane[1]), load(of_lane[2])};
+      const auto entry = [&](int j, int c) { return to_double(load(block + (3 * j + c) * lanes, active)); };
+      for (int j = 0; j < 3; ++j)
+        for (int c = 0; c < 3; ++c) rest[j] = rest[j] - entry(j, c) * at[c];
+    }
+    floatv rounded[3];
+    for (int c = 0; c < 3; ++c) rounded[c] = to_float(rest[c]);
+    store_rows(a, s, rounded, r.data());
   }
 }
 

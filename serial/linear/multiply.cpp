@@ -35,4 +35,19 @@ void multiply(const BlockRows<Real>& a, std::span<const Real> x, std::span<Real>
   }
 }
 
+void residual(const BlockRows<Real>& a, std::span<const Real> b, std::span<const double> x, std::span<Real> r) {
+  for (int i = 0; i < a.rows; ++i) {
+    double rest[3];
+    for (int c = 0; c < 3; ++c) rest[c] = b[3 * static_cast<std::size_t>(i) + c];
+    for (int k = a.begin[i]; k < a.begin[i + 1]; ++k) {
+      const Real* const block = &a.value[9 * static_cast<std::size_t>(k)];
+      const double* const at = &x[3 * static_cast<std::size_t>(a.column[k])];
+      const auto entry = [&](int j, int c) { return static_cast<double>(block[3 * j + c]); };
+      for (int j = 0; j < 3; ++j)
+        for (int c = 0; c < 3; ++c) rest[j] = rest[j] - entry(j, c) * at[c];
+    }
+    for (int c = 0; c < 3; ++c) r[3 * static_cast<std::size_t>(i) + c] = static_cast<Real>(rest[c]);
+  }
+}
+
 }  // namespace lockstep::linear::serial

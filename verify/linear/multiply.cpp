@@ -63,6 +63,25 @@ Case make_block_rows(const std::string& path) {
   });
 }
 
+// A block's nine entries are a product and a difference each, in double; b is read besides, and x is twice as long.
+Case make_residual(const std::string& path) {
+  const auto in = inputs(path);
+  Work work = work_of(*in, bytes_of(in->sliced_blocks),
+                      double(in->scene.blocks.column.size()) / double(in->sliced_blocks.column.size()));
+  work.bytes += 8. * in->scene.rows.rows;
+  const auto x = std::make_shared<const Array<double>>(lockstep::convert<double>(in->x));
+  return make_case<State>({
+      .start = start(*in),
+      .serial = [in, x](State& s) { serial::residual(in->scene.blocks, in->scene.b, *x, s.y); },
+      .best_serial = nullptr,
+      .openmp = [in, x](State& s) { openmp::residual(in->sliced_blocks, in->scene.b, *x, s.y); },
+      .compare = nullptr,
+      .work = work,
+  });
+}
+
+bool is_solvable_in_blocks(const std::string& path) { return is_solvable(path) && has_blocks(path); }
+
 const Scenes for_rows = {.verify = {"poisson_64", "poisson_32", "file_truss", "file_general", "elasticity_24"},
                          .more = {"poisson_128", "elasticity_48"},
                          .bench = {"poisson_128"},
@@ -77,10 +96,11 @@ const Scenes for_block_rows = {
 const Register multiply{
     {.name = "linear/multiply",
      .place = 3,
-     .serial_forms = {"rows", "rows_and_dot", "block_rows"},
+     .serial_forms = {"rows", "rows_and_dot", "block_rows", "residual"},
      .forms = {{.name = "rows", .make = make_rows, .scenes = for_rows},
                {.name = "rows_and_dot", .make = make_rows_and_dot, .scenes = for_rows_and_dot, .takes = is_solvable},
-               {.name = "block_rows", .make = make_block_rows, .scenes = for_block_rows, .takes = has_blocks}}}};
+               {.name = "block_rows", .make = make_block_rows, .scenes = for_block_rows, .takes = has_blocks},
+               {.name = "residual", .make = make_residual, .scenes = for_block_rows, .takes = is_solvable_in_blocks}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

@@ -1,0 +1,18 @@
+// All lanes, in place of a mask: one text then serves the vectors inside an array, without masks, and those at its ends
+// with them. Masked loads are slower, even with all lanes active, where arrays come from memory: `advance` of
+// common/linear/update.h took .095 ms with them and takes .037 (notes/production_face.md).
+#pragma once
+
+#include "common/simd.h"
+
+namespace lockstep::openmp {
+
+struct Whole {};
+
+LOCKSTEP_INLINE floatv load(const float* p, Whole) { return lockstep::load(p); }
+LOCKSTEP_INLINE void store(float* p, floatv v, Whole) { lockstep::store(p, v); }
+
+// What is loaded beyond the mask is not selected.
+LOCKSTEP_INLINE Whole operator&(Whole, maskv) { return {}; }
+
+}  // namespace lockstep::openmp
