@@ -4,7 +4,10 @@
 #include <memory>
 #include <string>
 
+#include "common/linear/matrix.h"
+#include "common/linear/sliced.h"
 #include "common/production_face/scene.h"
+#include "common/production_face/waves.h"
 #include "verify/kernel.h"
 
 namespace lockstep::verify::production_face_inputs {
@@ -14,7 +17,23 @@ std::shared_ptr<const production_face::Scene> inputs(const std::string& path);
 // What the scene's pose makes of its body, by the serial update_state, made definite.
 std::shared_ptr<const production_face::Strained<float>> strained(const std::string& path);
 
+// K x = b, as in a step of Newton's method: K of the strained body, as both versions hold it, and b 0 at held nodes. A
+// body that no bone holds is held by its nodes at x = 0; else K would let it move freely.
+struct Problem {
+  linear::BlockRows<float> rows;
+  linear::SlicedBlockRows sliced;
+  Array<float> b;  // random numbers from -1 to 1
+  int free_nodes = 0;
+};
+std::shared_ptr<const Problem> problem(const std::string& path);
+
+// In waves as openmp takes them; of a small body smaller ones, at least five.
+production_face::Waves waves(const production_face::Body<float>& body);
+
 // Those that all kernels take.
 Scenes body_scenes();
+
+// Those whose bones and muscles move.
+Scenes moving_scenes();
 
 }  // namespace lockstep::verify::production_face_inputs
