@@ -68,7 +68,11 @@ std::string base_of(const std::string& domain, const std::string& section) {
       {"production_fluid/mesh", box_of_cells + "[pool]\nheight = 0.4\n[mesh]\nfile = \"a.obj\"\n"},
       {"production_face",
        "kind = \"production_face\"\n[lattice]\ncells = [1, 2, 1]\nspacing = 0.01\n[[muscle]]\n"
-       "from = [0, 0, 0]\nto = [0.01, 0.02, 0.01]\nradius = 0.01\n"},
+       "name = \"a\"\nfrom = [0, 0, 0]\nto = [0.01, 0.02, 0.01]\nradius = 0.01\n[[bone]]\nname = \"b\"\nfrom = [0, 0, "
+       "0]\n"
+       "to = [0, 1, 1]\n[[key]]\ntime = 1\n[[key.pull]]\nmuscle = \"a\"\nactivation = 1\n[[key.move]]\nbone = \"b\"\n"},
+      {"production_face/mesh", "kind = \"production_face\"\n[mesh]\nfile = \"a.veg\"\n"},
+      {"production_face/face", "kind = \"production_face\"\n[face]\nspacing = 0.012\n"},
       {"linear", "kind = \"linear\"\n[poisson]\ncells = 12\n"},
       {"linear/elasticity", "kind = \"linear\"\n[elasticity]\npoints = 2\n"},
       {"linear/file", "kind = \"linear\"\n[file]\nmatrix = \"a.mtx\"\n"}};
@@ -131,15 +135,21 @@ std::uint64_t hash_of_scene(const std::string& domain, const std::string& path) 
   if (domain == "production_fluid") {
     const production_fluid::Scene s = production_fluid::load_scene(path);
     const production_fluid::Model& m = s.model;
-    std::uint64_t hash = hash_all(s.fluid.nx, s.fluid.ny, s.fluid.nz, s.fluid.spacing, s.fluid.open_top,
-                                  hash_of(s.fluid), m.gravity, m.frame, m.per_block, m.given, m.period, s.frames,
-                                  s.volume_bound);
+    std::uint64_t hash =
+        hash_all(s.fluid.nx, s.fluid.ny, s.fluid.nz, s.fluid.spacing, s.fluid.open_top, hash_of(s.fluid), m.gravity,
+                 m.frame, m.per_block, m.given, m.period, s.frames, s.volume_bound);
     for (const auto& source : m.sources) hash += hash_all(source.centre, source.radius, source.velocity, source.until);
     return hash;
   }
   if (domain == "production_face") {
     const production_face::Scene s = production_face::load_scene(path);
-    std::uint64_t hash = hash_all(s.flesh.m10, s.flesh.m01, s.flesh.kappa);
+    std::uint64_t hash = hash_all(s.flesh.m10, s.flesh.m01, s.flesh.kappa, s.frames, s.tolerance, s.motion.repeats);
+    for (const auto& bone : s.motion.bones) hash = hash_all(hash, bone.pivot);
+    for (const auto& key : s.motion.keys) {
+      hash = hash_all(hash, key.time);
+      for (const auto& bone : key.bones) hash = hash_all(hash, bone.turn, bone.shift);
+      for (const float activation : key.activation) hash = hash_all(hash, activation);
+    }
     for (const Array<float>* values : {&s.body.rest.x, &s.body.rest.y, &s.body.rest.z, &s.body.fibre.value,
                                        &s.pose.displacement.x, &s.pose.activation})
       hash = verify::hash_bytes(std::span<const float>(*values), hash);
@@ -168,6 +178,7 @@ struct SceneReference : TemporaryFolder {
   SceneReference() {
     limit_memory(1e8);
     write_bytes(path("a.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    write_bytes(path("a.veg"), "*VERTICES\n4 3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n*ELEMENTS\nTET\n1 4\n1 1 2 3 4\n");
     write_bytes(path("a.mtx"), "%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 2\n2 1 -1\n2 2 2\n");
   }
   ~SceneReference() override { limit_memory(std::numeric_limits<double>::infinity()); }

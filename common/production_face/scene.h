@@ -5,6 +5,7 @@
 
 #include "common/production_face/body.h"
 #include "common/production_face/flesh_material.h"
+#include "common/production_face/motion.h"
 
 namespace lockstep::production_face {
 
@@ -14,7 +15,13 @@ struct Scene {
   Body<float> body;
   Flesh flesh;
   Pose<float> pose;  // at the start
+  Motion motion;
+  int frames = 1;
+  double tolerance = 1e-3;  // of a frame's forces (step.h)
+  int turned = 0;           // tetrahedra of a mesh file that had a negative volume, and now have a positive one
 };
+
+inline constexpr double frame_time = 1 / 24.;  // s
 
 // Reads a TOML scene. Throws InputError in one line, `file:line:column: what was expected`, where the file cannot be
 // read, is not what scenes/README.md says, or does not fit the machine's memory, asked before the body is made.
