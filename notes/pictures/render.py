@@ -340,7 +340,43 @@ def glass(frames, path):
     render(path, [water, drops, wall], eye=(0.23, 0.29, 0.53), focus=(0.05, 0.112, 0.05), shade=0.01)
 
 
-pictures = {shown.__name__: shown for shown in (castle, dam_break, garment, level_set, falling_drop, glass)}
+def face(data, shift):
+    """The skin of a face, and eyes for it, moved by `shift`."""
+    skin = vtk.vtkDataSetSurfaceFilter()
+    skin.SetInputData(data)
+    skin.Update()
+    shown = [actor(smooth(skin.GetOutput()), "#d9a58a")]
+    shown[0].GetProperty().SetSpecular(0.12)
+    shown[0].GetProperty().SetSpecularPower(12)
+    for side in (-1, 1):
+        for z, radius, colour in ((0.0795, 0.0125, "#f6f4f0"), (0.0872, 0.0062, "#4a3a2c")):
+            ball = vtk.vtkSphereSource()
+            ball.SetCenter(side * 0.029, 0.026, z)
+            ball.SetRadius(radius)
+            ball.SetThetaResolution(48)
+            ball.SetPhiResolution(48)
+            shown.append(actor(ball, colour))
+    inside = vtk.vtkSphereSource()  # of the mouth
+    inside.SetRadius(1)
+    inside.SetThetaResolution(64)
+    inside.SetPhiResolution(64)
+    shown.append(actor(inside, "#3a1a18"))
+    shown[-1].SetScale(0.05, 0.085, 0.07)
+    for part in shown:
+        part.SetPosition(*shift)
+    return shown
+
+
+def faces(frames, path):
+    """A face at rest, and with five expressions."""
+    shown = face(read(min((frames / "face_smile").glob("frame_*.vtk"))), (-0.2, 0.12, 0))
+    expressions = ("smile", "frown", "open_mouth", "pucker", "surprise")
+    for k, name in enumerate(expressions, start=1):
+        shown += face(last(frames / f"face_{name}"), (0.2 * (k % 3 - 1), 0.12 - 0.25 * (k // 3), 0))
+    render(path, shown, eye=(0, -0.01, 1.25), focus=(0, -0.01, 0), shade=0.01, angle=25)
+
+
+pictures = {shown.__name__: shown for shown in (castle, dam_break, garment, level_set, falling_drop, glass, faces)}
 
 if __name__ == "__main__":
     frames, folder = map(pathlib.Path, sys.argv[1:3])
