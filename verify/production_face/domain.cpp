@@ -123,6 +123,8 @@ std::string fault_of_scene(const std::string& path) {
 const RegisterDomain production_face_domain{{.name = "production_face",
                                              .simulation = simulation,
                                              .determinism = {"bar_shaken", "bar_turns"},
+                                             .endure = {"bar_pulls", "face_6k"},
+                                             .most_steps = 500,
                                              .fault_of_scene = fault_of_scene}};
 
 }  // namespace
