@@ -72,7 +72,7 @@ Scenes body_scenes() {
   return {.verify = {"bar_shaken", "twelve", "inside_out"},
           .more = {"block_370k"},
           .bench = {"block_370k"},
-          .tsan = {"twelve", "bar_shaken"}};
+          .tsan = {"bar_shaken", "twelve"}};
 }
 
 Scenes moving_scenes() {
