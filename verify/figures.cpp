@@ -15,6 +15,7 @@
 #include "common/levelset/fast_sweeping.h"
 #include "common/levelset/initialize.h"
 #include "common/levelset/scene.h"
+#include "common/production_face/scene.h"
 #include "common/production_fluid/scene.h"
 #include "common/rigid/batches.h"
 #include "common/rigid/scene.h"
@@ -24,6 +25,7 @@
 #include "verify/cloth/run.h"
 #include "verify/names.h"
 #include "verify/options.h"
+#include "verify/production_face/forms.h"
 #include "verify/production_fluid/forms.h"
 #include "verify/report.h"
 #include "verify/rigid/run.h"
@@ -258,16 +260,47 @@ void production_modules(const FigureOptions&, const Model&, RowsOf& rows) {
   omp_set_num_threads(most);
 }
 
+// Milliseconds of a frame of the production face by module: the third, from the serial pose of the second.
+void face_modules(const FigureOptions&, const Model&, RowsOf& rows) {
+  using namespace production_face;
+  const std::string name = "face_381k";
+  const Scene scene = load_scene("scenes/production_face/" + name + ".toml");
+  const Face<float> face = make_face(scene.body, scene.flesh);
+  const auto target = [&](int frame) { return target_at(scene.body, scene.motion, frame * frame_time); };
+  SerialMemory in_rows = serial::make_memory(face);
+  OpenmpMemory in_slices = openmp::make_memory(face);
+  Pose<float> start = scene.pose;
+  openmp::step_newton(face, target(2), scene.tolerance, start, in_slices);
+  const auto frame = [&](const std::string& form, const std::string& variant, int threads, auto* step, auto& memory) {
+    progress("face_modules: " + form + ", " + variant + ", threads " + std::to_string(threads));
+    rows.add({{"scene", name}, {"variant", variant}, {"form", form}, {"threads", threads}}, [&] {
+      omp_set_num_threads(threads);
+      Pose<float> pose = start;
+      step(face, target(3), scene.tolerance, pose, memory);
+      Rows row = {{"tetrahedra", scene.body.tetrahedra},
+                  {"steps", memory.frame.steps},
+                  {"iterations", memory.frame.iterations}};
+      for (int k = 0; k < int(Module::count); ++k)
+        row["modules"].push_back({{"module", name_of_module[k]}, {"ms", 1e3 * memory.frame.seconds[k]}});
+      return row;
+    });
+  };
+  const int most = omp_get_max_threads();
+  for (const FaceForm& form : face_forms) {
+    frame(form.name, "serial", 1, form.serial, in_rows);
+    for (int threads = 1; threads <= most; threads *= 2) frame(form.name, "openmp", threads, form.openmp, in_slices);
+  }
+  omp_set_num_threads(most);
+}
+
 struct Figure {
   const char* name;
   void (*compute)(const FigureOptions& options, const Model& model, RowsOf& rows);
 };
 
-constexpr Figure all_figures[] = {{"cloth_convergence", cloth_convergence},
-                                  {"levelset_blocks", levelset_blocks},
-                                  {"levelset_slice", levelset_slice},
-                                  {"contact_batches", contact_batches},
-                                  {"production_modules", production_modules}};
+constexpr Figure all_figures[] = {{"cloth_convergence", cloth_convergence},   {"levelset_blocks", levelset_blocks},
+                                  {"levelset_slice", levelset_slice},         {"contact_batches", contact_batches},
+                                  {"production_modules", production_modules}, {"face_modules", face_modules}};
 
 }  // namespace
 

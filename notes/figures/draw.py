@@ -31,6 +31,7 @@ FIGURES = [
     "cloth_convergence",
     "frame_times",
     "production_modules",
+    "face_modules",
     "sph_locks",
     "roofline",
     "levelset_slice",

@@ -1,0 +1,113 @@
+"""A frame by module: what the figures of both production applications have in common.
+
+A figure's module gives: MODULES, the form of each module's kernel in the order of a step, None where a module has no
+kernel of its own; FORM of the step; SCALED_ON, the scene that kernels are modelled on, "" for that of the frame.
+"""
+
+import page
+import source
+import style
+
+
+def reports(name, domain, modules):
+    """REPORTS of the figure of this name."""
+    return {name: None, "scale": [f"{domain}/{module}" for module, form in modules.items() if form is not None]}
+
+
+def table(data, name, domain, figure, counts):
+    """The rows; `counts` are the fields of a frame that say how large it is."""
+    frames = source.rows_of(data, name, form=figure.FORM)
+    serial = next(r for r in frames if r["variant"] == "serial")
+    one = next(r for r in frames if r["variant"] == "openmp" and r["threads"] == 1)
+    many = max((r for r in frames if r["variant"] == "openmp"), key=lambda r: r["threads"])
+    scaled_on = figure.SCALED_ON or serial["scene"]
+    ms = [{m["module"]: m["ms"] for m in r["modules"]} for r in (serial, one, many)]
+    rows = []
+    for module, form in figure.MODULES.items():
+        if form is None or ms[1][module] < 1e-3 * sum(ms[1].values()):
+            continue
+        modelled = {
+            r["cores"]: r
+            for r in source.rows_of(data, "scale", kernel=f"{domain}/{module}", form=form, scene=scaled_on)
+        }
+        most = max(c for c in modelled if c <= 64)
+        gain = modelled[1]["modelled_ms"] / modelled[most]["modelled_ms"]
+        rows.append(
+            {"scene": serial["scene"]}
+            | {count: serial[count] for count in counts}
+            | {"kernel": f"{domain}/{module}", "module": module, "form": form, "modelled_on": scaled_on}
+            | {"serial_ms": ms[0][module], "one_thread_ms": ms[1][module], "threads": many["threads"]}
+            | {"many_threads_ms": ms[2][module], "cores": most, "modelled_speed_up": gain}
+            | {"modelled_ms": ms[1][module] / gain}
+            | {"from": source.references(serial, one, many, modelled[1], modelled[most])}
+        )
+    return rows
+
+
+def total(rows, column):
+    return sum(r[column] for r in rows)
+
+
+def of_frame(rows):
+    """How much faster all modules together would be on many cores."""
+    return total(rows, "one_thread_ms") / total(rows, "modelled_ms")
+
+
+def longest(rows):
+    """What takes longest on many cores, and its share of the frame."""
+    module = max(rows, key=lambda r: r["modelled_ms"])
+    return module["module"], module["modelled_ms"] / total(rows, "modelled_ms")
+
+
+def in_short(rows, paper, scene):
+    first = rows[0]
+    return {
+        "paper": paper,
+        "measured": f"serial {total(rows, 'serial_ms') / 1e3:.2f} s, one thread"
+        f" {total(rows, 'one_thread_ms') / 1e3:.2f} s, {page.threads(first['threads'])}"
+        f" {total(rows, 'many_threads_ms') / 1e3:.2f} s a frame",
+        "modelled": f"{first['cores']} cores: {of_frame(rows):.1f}x",
+        "scene": f"{first['scene']} ({scene})",
+    }
+
+
+def details(rows):
+    threads, cores = page.threads(rows[0]["threads"]), rows[0]["cores"]
+    header = ["module", "serial, ms", "one thread, ms", f"{threads}, ms", "lanes", "threads"]
+    header.append(f"{cores} cores, modelled")
+    cells = [
+        [r["module"]]
+        + [page.number(r[column]) for column in ("serial_ms", "one_thread_ms", "many_threads_ms")]
+        + [page.number(r["serial_ms"] / r["one_thread_ms"], "x")]
+        + [page.number(r["one_thread_ms"] / r["many_threads_ms"], "x"), page.number(r["modelled_speed_up"], "x")]
+        for r in rows
+    ]
+    return page.table(header, cells)
+
+
+def draw(rows, paper_at_64):
+    figure, [[left, right]] = style.panels(1, 2, 5.2, 4.2, sharey=True)
+    places = range(len(rows))
+    columns = [
+        ("serial", "serial_ms", 0.27),
+        ("one thread", "one_thread_ms", 0.0),
+        (page.threads(rows[0]["threads"]), "many_threads_ms", -0.27),
+    ]
+    for (label, column, shift), colour in zip(columns, style.COLOURS):
+        left.barh([p - shift for p in places], [r[column] for r in rows], height=0.25, color=colour, label=label)
+    left.set_xscale("log")
+    left.set_xlabel("ms a frame, measured")
+    left.legend(loc="lower right")
+    look = {"facecolor": "white", "edgecolor": style.COLOURS[2], "hatch": "///", "linestyle": "--"}
+    right.barh(places, [r["modelled_speed_up"] for r in rows], height=0.65, **look)
+    for place, r in zip(places, rows):
+        style.beside(right, page.number(r["modelled_speed_up"]), r["modelled_speed_up"], place)
+    right.axvline(paper_at_64, color=style.GREY, linestyle=":", label="paper: all modules together")
+    right.set_xlim(0, 1.15 * max(paper_at_64, *(r["modelled_speed_up"] for r in rows)))
+    right.set_xlabel(f"gain of {rows[0]['cores']} cores, modelled")
+    right.legend(loc="center right")
+    for axis in (left, right):
+        axis.grid(axis="y", visible=False)
+    left.set_yticks(places, [r["module"] for r in rows])
+    left.invert_yaxis()
+    return figure
