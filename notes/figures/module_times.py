@@ -97,7 +97,7 @@ def draw(rows, paper_at_64):
         left.barh([p - shift for p in places], [r[column] for r in rows], height=0.25, color=colour, label=label)
     left.set_xscale("log")
     left.set_xlabel("ms a frame, measured")
-    left.legend(loc="lower right")
+    left.legend(loc="best")
     look = {"facecolor": "white", "edgecolor": style.COLOURS[2], "hatch": "///", "linestyle": "--"}
     right.barh(places, [r["modelled_speed_up"] for r in rows], height=0.65, **look)
     for place, r in zip(places, rows):
