@@ -1,0 +1,56 @@
+// A production cloth: a triangle mesh with masses, positions and velocities, which never passes through itself.
+//
+// Vertices are the unknowns. Positions and velocities are one array a component (Vectors). Vectors of solvers hold
+// component c of vertex v at 3 v + c, as the products of common/linear do.
+//
+// Source: Bridson, Marino and Fedkiw, Simulation of clothing with folds and wrinkles, SCA 2003; Bridson, Fedkiw and
+//         Anderson, Robust treatment of collisions, contact and friction for cloth animation, SIGGRAPH 2002; [ITJ07]
+//         "Production Cloth".
+#pragma once
+
+#include <cstdint>
+
+#include "common/arrays.h"
+#include "common/production_cloth/topology.h"
+#include "common/vector3.h"
+
+namespace lockstep::production_cloth {
+
+// How a cloth resists in its plane and across it.
+enum class Stretch { springs, stvk, corotated };  // edge springs; membranes of linear triangles
+enum class Bend { none, hinges, quadratic };      // Bridson 2003; isometric quadratic, flat at rest
+
+// Units: m, kg, s. A force a length is in N/m.
+struct Material {
+  double density = .2;            // kg/m^2
+  Stretch stretch = Stretch::springs;
+  double stiffness = 100;         // springs: N, the force of a spring stretched to twice its length
+  double membrane = 100;          // stvk, corotated: N/m, Young's modulus times the thickness of the cloth
+  double poisson = .3;            // of the membrane, -1 < nu < .5
+  double stretch_damping = .1;    // springs: share of critical damping; membranes: s, of stiffness
+  Bend bend = Bend::quadratic;
+  double bending = 1e-5;          // N m: the plate constant D; hinges: k of Bridson's force, N
+  double bend_damping = .1;       // hinges: share of critical damping; quadratic: s, of stiffness
+};
+
+// What contact needs, of the cloth with itself.
+struct Contact {
+  double thickness = 1e-3;        // m: repulsions act where elements are nearer than this
+  double stiffness = 30;          // N/m, of the repulsion
+  double friction = .3;           // Coulomb's coefficient
+};
+
+// The state that steps change.
+template <class Real>
+struct Motion {
+  Vectors<Real> position;  // m
+  Vectors<Real> velocity;  // m/s
+};
+
+template <Is<Motion> M, class F>
+void for_each_array(M& motion, const F& f) {
+  f("position", motion.position, motion.position.x.size());
+  f("velocity", motion.velocity, motion.velocity.x.size());
+}
+
+}  // namespace lockstep::production_cloth
