@@ -9,8 +9,12 @@ namespace lockstep {
 
 // Local copies of the array pointers: otherwise the compiler must reload them after every store (aliasing).
 inline Vector3<float*> pointers(Vectors<float>& v) { return {v.x.data(), v.y.data(), v.z.data()}; }
+inline Vector3<const float*> pointers(const Vectors<float>& v) { return {v.x.data(), v.y.data(), v.z.data()}; }
 
 // Vectors i, i + 1, ... i + 15.
+LOCKSTEP_INLINE Vector3<floatv> load(const Vector3<const float*>& v, int i) {
+  return {load(v.x + i), load(v.y + i), load(v.z + i)};
+}
 LOCKSTEP_INLINE Vector3<floatv> load(const Vector3<float*>& v, int i) {
   return {load(v.x + i), load(v.y + i), load(v.z + i)};
 }

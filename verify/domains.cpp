@@ -11,7 +11,7 @@ namespace {
 
 // All domains, in the order in which they are listed.
 constexpr std::string_view names[] = {
-    "fluid", "cloth", "levelset", "linear", "rigid", "production_fluid", "production_face",
+    "fluid", "cloth", "levelset", "linear", "rigid", "production_fluid", "production_face", "production_cloth",
 };
 
 // Filled before main by the RegisterDomain constants of other files.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -11,6 +10,7 @@
 
 #include "common/cloth/limits.h"
 #include "common/cloth/make.h"
+#include "common/cloth/read_bodies.h"
 #include "common/mesh_file.h"
 #include "common/scene_reader.h"
 
@@ -41,45 +41,22 @@ Model<double> read_model(const toml::table& scene) {
 
 Plane<double> read_plane(const toml::table& table) {
   check_keys(table, {"normal", "point"}, {});
-  const Vector3<double> n = *vector(table, "normal", "any unit"), p = *vector(table, "point", "m");
-  const double length = std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
-  if (!(length >= smallest)) refuse_value(*table.get("normal"), "normal", "a direction, not zero");
-  const Vector3<double> normal = {n.x / length, n.y / length, n.z / length};
-  return {.normal = normal, .offset = normal.x * p.x + normal.y * p.y + normal.z * p.z};
+  return plane_of(table);
 }
 
 Capsule<double> read_sphere(const toml::table& table) {
   check_keys(table, {"centre", "radius"}, {});
-  const Vector3<double> centre = *vector(table, "centre", "m");
-  return {.from = centre, .to = centre, .radius = *positive(table, "radius", "m")};
+  return sphere_of(table);
 }
 
 Capsule<double> read_capsule(const toml::table& table) {
   check_keys(table, {"from", "to", "radius"}, {});
-  return {
-      .from = *vector(table, "from", "m"), .to = *vector(table, "to", "m"), .radius = *positive(table, "radius", "m")};
-}
-
-// The axes after rotations about x, then y, then z.
-std::array<Vector3<double>, 3> turned_axes(Vector3<double> degrees) {
-  const auto sine_and_cosine = [](double angle) {
-    const double radians = angle * (std::numbers::pi / 180);
-    return std::pair(std::sin(radians), std::cos(radians));
-  };
-  const auto [sx, cx] = sine_and_cosine(degrees.x);
-  const auto [sy, cy] = sine_and_cosine(degrees.y);
-  const auto [sz, cz] = sine_and_cosine(degrees.z);
-  return {Vector3<double>{cz * cy, sz * cy, -sy},
-          {cz * sy * sx - sz * cx, sz * sy * sx + cz * cx, cy * sx},
-          {cz * sy * cx + sz * sx, sz * sy * cx - cz * sx, cy * cx}};
+  return capsule_of(table);
 }
 
 Box<double> read_box(const toml::table& table) {
   check_keys(table, {"centre", "half"}, {"turn"});
-  const Vector3<double> half = *vector_between(table, "half", smallest, largest, "m");
-  return {.centre = *vector(table, "centre", "m"),
-          .half = half,
-          .axis = turned_axes(vector(table, "turn", "degrees").value_or(Vector3<double>{0, 0, 0}))};
+  return box_of(table);
 }
 
 Bodies<double> read_bodies(const toml::table& scene) {

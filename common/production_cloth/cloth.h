@@ -22,22 +22,22 @@ enum class Bend { none, hinges, quadratic };      // Bridson 2003; isometric qua
 
 // Units: m, kg, s. A force a length is in N/m.
 struct Material {
-  double density = .2;            // kg/m^2
+  double density = .2;  // kg/m^2
   Stretch stretch = Stretch::springs;
-  double stiffness = 100;         // springs: N, the force of a spring stretched to twice its length
-  double membrane = 100;          // stvk, corotated: N/m, Young's modulus times the thickness of the cloth
-  double poisson = .3;            // of the membrane, -1 < nu < .5
-  double stretch_damping = .1;    // springs: share of critical damping; membranes: s, of stiffness
+  double stiffness = 100;       // springs: N, the force of a spring stretched to twice its length
+  double membrane = 100;        // stvk, corotated: N/m, Young's modulus times the thickness of the cloth
+  double poisson = .3;          // of the membrane, -1 < nu < .5
+  double stretch_damping = .1;  // springs: share of critical damping; membranes: s, of stiffness
   Bend bend = Bend::quadratic;
-  double bending = 1e-5;          // N m: the plate constant D; hinges: k of Bridson's force, N
-  double bend_damping = .1;       // hinges: share of critical damping; quadratic: s, of stiffness
+  double bending = 1e-5;     // N m: the plate constant D; hinges: k of Bridson's force, N
+  double bend_damping = .1;  // hinges: share of critical damping; quadratic: s, of stiffness
 };
 
 // What contact needs, of the cloth with itself.
 struct Contact {
-  double thickness = 1e-3;        // m: repulsions act where elements are nearer than this
-  double stiffness = 30;          // N/m, of the repulsion
-  double friction = .3;           // Coulomb's coefficient
+  double thickness = 1e-3;  // m: repulsions act where elements are nearer than this
+  double stiffness = 30;    // N/m, of the repulsion
+  double friction = .3;     // Coulomb's coefficient
 };
 
 // The state that steps change.

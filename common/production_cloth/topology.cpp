@@ -50,9 +50,8 @@ Topology make_topology(int vertices, const std::vector<Triangle>& triangles, con
 
   const std::vector<Side> sides = sides_of(t, where);
   for (auto side = sides.begin(); side != sides.end();) {
-    const auto end = std::find_if(side, sides.end(), [&](const Side& other) {
-      return other.low != side->low || other.high != side->high;
-    });
+    const auto end = std::find_if(
+        side, sides.end(), [&](const Side& other) { return other.low != side->low || other.high != side->high; });
     if (end - side > 2)
       throw InputError(where + ": " + name_of(*side) + " is in " + std::to_string(end - side) +
                        " triangles, expected at most two");

@@ -4,20 +4,8 @@
 #include <cmath>
 
 #include "common/convert.h"
-#include "common/rotation.h"
 
 namespace lockstep::production_face {
-namespace {
-
-// Rodrigues' formula.
-Matrix3<double> rotation(const Vector3<double>& turn) {
-  const double angle = std::sqrt(dot(turn, turn));
-  if (angle == 0) return {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  const Vector3<double> axis = (std::sin(.5 * angle) / angle) * turn;
-  return matrix_of(Quaternion<double>{axis.x, axis.y, axis.z, std::cos(.5 * angle)});
-}
-
-}  // namespace
 
 Key key_at(const Motion& motion, double time) {
   const std::vector<Key>& keys = motion.keys;
@@ -42,7 +30,7 @@ Target<float> target_at(const Body<float>& body, const Motion& motion, double ti
   Target<float> target;
   target.activation.assign(key.activation.begin(), key.activation.end());
   std::vector<Matrix3<double>> turned;
-  for (const Placement& bone : key.bones) turned.push_back(rotation(bone.turn));
+  for (const Placement& bone : key.bones) turned.push_back(rotation_by(bone.turn));
   target.held.resize(body.held.size());
   for (std::size_t k = 0; k < body.held.size(); ++k) {
     const int bone = motion.bone_of_held[k];

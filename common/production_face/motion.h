@@ -4,16 +4,11 @@
 #include <string>
 #include <vector>
 
+#include "common/placement.h"
 #include "common/production_face/body.h"
 #include "common/vector3.h"
 
 namespace lockstep::production_face {
-
-// Where a bone is: turned about its pivot, by the length of `turn` about its direction, then shifted.
-struct Placement {
-  Vector3<double> turn = {0, 0, 0};   // rad
-  Vector3<double> shift = {0, 0, 0};  // m
-};
 
 struct Bone {
   std::string name;
