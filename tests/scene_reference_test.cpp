@@ -16,6 +16,7 @@
 #include "common/levelset/scene.h"
 #include "common/linear/scene.h"
 #include "common/memory.h"
+#include "common/production_cloth/scene.h"
 #include "common/production_face/scene.h"
 #include "common/production_fluid/scene.h"
 #include "common/rigid/arrays.h"
@@ -37,6 +38,9 @@ const std::string fluid_block =
     "kind = \"fluid\"\nparticles_per_metre = 100\n[[block]]\nmin = [0, 0, 0]\nmax = [0.03, 0.03, 0.03]\n";
 const std::string level = "kind = \"levelset\"\npoints = [10, 11, 12]\n";
 const std::string box_of_cells = "kind = \"production_fluid\"\ncells = [10, 11, 12]\n";
+const std::string weave =
+    "kind = \"production_cloth\"\n[[sheet]]\norigin = [0, 0, 0]\nacross = [1, 0, 0]\ndown = [0, 1, 0]\n"
+    "squares = [2, 3]\n";
 const std::string bodies = "kind = \"rigid\"\nframes = 2\n[[body]]\nbox = [1, 1, 1]\nmass = 1\n";
 
 std::string base_of(const std::string& domain, const std::string& section) {
@@ -73,6 +77,15 @@ std::string base_of(const std::string& domain, const std::string& section) {
        "to = [0, 1, 1]\n[[key]]\ntime = 1\n[[key.pull]]\nmuscle = \"a\"\nactivation = 1\n[[key.move]]\nbone = \"b\"\n"},
       {"production_face/mesh", "kind = \"production_face\"\n[mesh]\nfile = \"a.veg\"\n"},
       {"production_face/face", "kind = \"production_face\"\n[face]\nspacing = 0.012\n"},
+      {"production_cloth",
+       weave + "[material]\n[contact]\n[[hold]]\nfrom = [0, 0, 0]\nto = [0, 0, 0]\n[[hold.key]]\ntime = 1\n" +
+           "[[plane]]\nnormal = [0, 1, 0]\npoint = [0, -1, 0]\n[[sphere]]\ncentre = [0, 0, 0]\n"
+           "radius = 1\n[[capsule]]\nfrom = [0, 0, 0]\nto = [0, 1, 0]\nradius = 1\n[[box]]\n"
+           "centre = [0, 0, 0]\nhalf = [1, 1, 1]\n"},
+      {"production_cloth/tube",
+       "kind = \"production_cloth\"\n[[tube]]\nfrom = [0, 0, 0]\nto = [1, 0, 0]\nradius = 0.5\n"
+       "squares = [5, 3]\n"},
+      {"production_cloth/mesh", "kind = \"production_cloth\"\n[[mesh]]\nfile = \"a.obj\"\n"},
       {"linear", "kind = \"linear\"\n[poisson]\ncells = 12\n"},
       {"linear/elasticity", "kind = \"linear\"\n[elasticity]\npoints = 2\n"},
       {"linear/file", "kind = \"linear\"\n[file]\nmatrix = \"a.mtx\"\n"}};
@@ -153,6 +166,30 @@ std::uint64_t hash_of_scene(const std::string& domain, const std::string& path) 
     for (const Array<float>* values : {&s.body.rest.x, &s.body.rest.y, &s.body.rest.z, &s.body.fibre.value,
                                        &s.pose.displacement.x, &s.pose.activation})
       hash = verify::hash_bytes(std::span<const float>(*values), hash);
+    return hash;
+  }
+  if (domain == "production_cloth") {
+    const production_cloth::Scene s = production_cloth::load_scene(path);
+    const production_cloth::Material& m = s.material;
+    std::uint64_t hash =
+        hash_all(m.density, m.stretch, m.stiffness, m.membrane, m.poisson, m.stretch_damping, m.bend, m.bending,
+                 m.bend_damping, s.contact.thickness, s.contact.stiffness, s.contact.friction, s.gravity, s.frame_time,
+                 s.substeps, s.tolerance, s.iterations, s.frames, s.topology.edges.size());
+    const auto add_path = [&](const production_cloth::Path& path) {
+      hash = hash_all(hash, path.pivot);
+      for (const auto& key : path.keys) hash = hash_all(hash, key.time, key.placement.turn, key.placement.shift);
+    };
+    for (const auto& hold : s.holds) {
+      hash = verify::hash_bytes(std::span<const std::int32_t>(hold.vertices), hash);
+      add_path(hold.path);
+    }
+    for (const auto& body : s.bodies) {
+      std::visit([&](const auto& shape) { hash = hash_all(hash, shape); }, body.shape);
+      hash = hash_all(hash, body.friction);
+      add_path(body.path);
+    }
+    for (const Array<double>* values : {&s.rest.x, &s.rest.y, &s.rest.z})
+      hash = verify::hash_bytes(std::span<const double>(*values), hash);
     return hash;
   }
   const linear::Scene s = linear::load_scene(path);
