@@ -9,6 +9,7 @@
 #include <numbers>
 #include <set>
 
+#include "common/convert.h"
 #include "common/production_cloth/collide_bodies.h"
 #include "common/production_cloth/masses.h"
 #include "common/production_cloth/sheets.h"
@@ -162,21 +163,23 @@ struct OverPlane {
                         .path = {.pivot = {0, 0, 0}, .keys = {{0, {}}, {1, {{0, 0, 0}, shift}}}}};
     bodies = move_bodies({plane}, 0, 1, 0);
   }
-  void push(bool serial) {
-    const auto f = serial ? serial::collide_bodies : static_cast<CollideBodies<float>*>(openmp::collide_bodies);
+  void push(bool is_serial) {
+    CollideBodies<float>* const serial_form = serial::collide_bodies;
+    CollideBodies<float>* const f = is_serial ? serial_form : openmp::collide_bodies;
     f(bodies, vertices, .1f, inverse_mass, start, motion.position, motion.velocity);
   }
 };
 
 TEST(ProductionClothBodies, PushOutWithCoulombsFriction) {
   for (const int vertices : {0, 1, 15, 16, 17, 100})
-    for (const bool serial : {true, false}) {
+    for (const bool is_serial : {true, false}) {
       OverPlane over(vertices, .5, {0, 0, 0});
-      over.push(serial);
+      over.push(is_serial);
       for (int i = 0; i < vertices; ++i) {
         const Vector3<float> p = load(over.motion.position, i), v = load(over.motion.velocity, i);
         if (i % 2) {
-          EXPECT_EQ(p.z, .03f), EXPECT_EQ(v.z, 7);
+          EXPECT_EQ(p.z, .03f);
+          EXPECT_EQ(v.z, 7);
           continue;
         }
         EXPECT_NEAR(p.y, 0, 1e-9);
