@@ -208,8 +208,13 @@ TEST_F(SceneReference, OtherValuesMakeOtherScenes) {
     if (!row.otherwise.starts_with('`')) return;
     const std::string value = bare(row.otherwise);
     const auto other_than = [&]() -> std::string {
-      const std::map<std::string, std::string> words = {
-          {"true", "false"}, {"false", "true"}, {"[]", "[\"right\"]"}, {"[0, 0, 0, 1]", "[0, 1, 0, 0]"}, {"0", "0.5"}};
+      const std::map<std::string, std::string> words = {{"true", "false"},
+                                                        {"false", "true"},
+                                                        {"[]", "[\"right\"]"},
+                                                        {"[0, 0, 0, 1]", "[0, 1, 0, 0]"},
+                                                        {"0", "0.5"},
+                                                        {"\"springs\"", "\"stvk\""},
+                                                        {"\"quadratic\"", "\"hinges\""}};
       if (const auto word = words.find(value); word != words.end() && !(value == "0" && is_whole(row)))
         return word->second;
       if (value.starts_with('[')) return "[0.5, 0.25, 0.125]";
