@@ -44,7 +44,7 @@ const std::map<std::string, int> floors = {
     {"linear/incomplete_cholesky", 81},
     {"linear/multiply", 72},
     {"linear/update", 74},
-    {"production_cloth/collide_bodies", 80},
+    {"production_cloth/collide_bodies", 95},
     {"production_face/update_state", 82},
     {"production_face/assemble", 63},
     {"production_face/forces", 88},

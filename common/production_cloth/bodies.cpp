@@ -65,7 +65,8 @@ MovedBodies<float> move_bodies(const std::vector<Body>& bodies, double start, do
   MovedBodies<float> moved;
   for (const Body& body : bodies) {
     const Placement before = placement_at(body.path, start), now = placement_at(body.path, end);
-    // The point that ends at x began at B A^T (x - a) + b, where the body's points X begin at B X + b and end at A X + a.
+    // The body's points X begin the step at B X + p and end it at A X + q. So the point that ends at x began at
+    // B A^T (x - q) + p.
     const Matrix3<double> a = rotation_by(now.turn), b = rotation_by(before.turn);
     const auto back = [&](const Vector3<double>& v) { return b * transposed_times(a, v); };
     const Vector3<double> zero = {0, 0, 0}, origin = placed(body.path, now, zero);

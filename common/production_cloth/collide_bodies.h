@@ -48,11 +48,11 @@ inline Mask push_out_of(const Moved<Real, Shape>& body, const Vector3<V>& start,
   return cloth::push_out(body.shape, body.friction, start + displacement_of(body, position), active, position);
 }
 
-// One round over all bodies.
+// One round over all bodies; says which active vertices were inside of one.
 template <class V, class Real, class Mask>
 inline Mask push_out_of_all(const MovedBodies<Real>& bodies, const Vector3<V>& start, Mask active,
                             Vector3<V>& position) {
-  Mask inside = active & !active;
+  Mask inside = active & !active;  // of no lane yet
   for (const auto& body : bodies.planes) inside |= push_out_of(body, start, active, position);
   for (const auto& body : bodies.capsules) inside |= push_out_of(body, start, active, position);
   for (const auto& body : bodies.boxes) inside |= push_out_of(body, start, active, position);

@@ -35,8 +35,8 @@ struct Scene {
 // Reads a TOML scene. Vertices are renumbered along a Morton curve, and triangles by their least vertex, so that
 // neighbours stand near each other in memory. Throws InputError in one line, `file:line:column: what was expected`,
 // where the file cannot be read, is not what scenes/README.md says, or does not fit the machine's memory, asked before
-// the cloth is made; likewise where a mesh is refused (common/mesh_file.h, make_topology), a triangle is degenerate, the
-// thickness exceeds what edges allow, or two triangles intersect.
+// the cloth is made; likewise where a mesh is refused (common/mesh_file.h, make_topology), a triangle is degenerate, or
+// an edge is not longer than the thickness.
 Scene load_scene(const std::string& path);
 
 }  // namespace lockstep::production_cloth

@@ -24,7 +24,8 @@ struct TubePlan {
 };
 Mesh make_tube(const TubePlan& plan);
 
-// The same mesh with vertices numbered along a Morton curve, equal codes as before, and triangles by their least vertex.
+// The same mesh with vertices numbered along a Morton curve, and triangles by their least vertex. Equal ones keep their
+// order.
 Mesh renumbered(const Mesh& mesh);
 
 }  // namespace lockstep::production_cloth

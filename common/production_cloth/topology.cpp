@@ -46,7 +46,6 @@ Topology make_topology(int vertices, const std::vector<Triangle>& triangles, con
   Topology t;
   t.vertices = vertices, t.triangles = triangles;
   t.edges_of.resize(triangles.size());
-  t.represents.resize(triangles.size());
 
   const std::vector<Side> sides = sides_of(t, where);
   for (auto side = sides.begin(); side != sides.end();) {
@@ -55,7 +54,6 @@ Topology make_topology(int vertices, const std::vector<Triangle>& triangles, con
     if (end - side > 2)
       throw InputError(where + ": " + name_of(*side) + " is in " + std::to_string(end - side) +
                        " triangles, expected at most two");
-    t.represents[side->triangle] |= static_cast<std::uint8_t>(8 << side->opposite);
     for (auto of = side; of != end; ++of)
       t.edges_of[of->triangle][of->opposite] = static_cast<std::int32_t>(t.edges.size());
     t.edges.push_back({side->low, side->high});
@@ -71,17 +69,11 @@ Topology make_topology(int vertices, const std::vector<Triangle>& triangles, con
     side = end;
   }
 
-  std::vector<bool> is_represented(vertices);
-  for (std::size_t k = 0; k < triangles.size(); ++k) {
-    const std::array<std::int32_t, 3> corner = t.corners(k);
-    for (int c = 0; c < 3; ++c)
-      if (!is_represented[corner[c]]) {
-        is_represented[corner[c]] = true;
-        t.represents[k] |= static_cast<std::uint8_t>(1 << c);
-      }
-  }
-  if (const auto lone = std::ranges::find(is_represented, false); lone != is_represented.end())
-    throw InputError(where + ": vertex " + std::to_string(lone - is_represented.begin() + 1) + " is in no triangle");
+  std::vector<bool> has_triangle(vertices);
+  for (const Triangle& triangle : triangles)
+    for (const std::int32_t v : {triangle.a, triangle.b, triangle.c}) has_triangle[v] = true;
+  if (const auto lone = std::ranges::find(has_triangle, false); lone != has_triangle.end())
+    throw InputError(where + ": vertex " + std::to_string(lone - has_triangle.begin() + 1) + " is in no triangle");
   return t;
 }
 

@@ -1,14 +1,7 @@
-// The triangles of a cloth, and what follows from them: edges, hinges, and which triangle stands for which element.
+// The triangles of a cloth, and what follows from them: edges and hinges.
 //
 // A cloth is a manifold: an edge belongs to one triangle or to two, and two that share it turn the same way. It may
 // consist of several sheets.
-//
-// Triangles, edges and vertices are the elements that collide. Boxes are made of triangles alone, so each vertex and
-// each edge is represented by one of its triangles: then a pair of elements comes out once, however many pairs of
-// triangles have it.
-//
-// Source of representatives: Curtis, Tamstorf and Manocha, Fast collision detection for deformable models using
-// representative-triangles, I3D 2008.
 #pragma once
 
 #include <array>
@@ -30,10 +23,6 @@ struct Topology {
   // Two triangles with a common edge. Vertices 2 and 3 are the edge's, 0 and 1 the far ones: the first triangle is
   // (0, 2, 3) and the second (1, 3, 2), turned as the mesh has them. In the order of their edges.
   std::vector<std::array<std::int32_t, 4>> hinges;
-
-  // [triangle]: bit c is set if it represents its corner c, bit 3 + c if it represents the edge opposite to corner c.
-  // The first triangle that has a vertex or an edge represents it. A vertex of no triangle is represented by none.
-  std::vector<std::uint8_t> represents;
 
   std::array<std::int32_t, 3> corners(std::size_t triangle) const {
     return {triangles[triangle].a, triangles[triangle].b, triangles[triangle].c};
