@@ -190,12 +190,12 @@ int bench(const Options& options) {
       progress("");
       if (again) patience -= now() - start;
       if (!again || !measured.lacks_cores) rows[k] = measured.rows;
+      report.keep(all_rows());
       if (measured.lacks_cores && patience > 0) {
         waiting.push_back(k);
         continue;
       }
     }
-    report.keep(all_rows());
     for (const auto& row : rows[k]) print(row, rows[k][0]["ms"]);
     std::fflush(stdout);
   }
