@@ -7,6 +7,7 @@
 #include <map>
 #include <random>
 
+#include "common/production_face/faults.h"
 #include "common/production_face/make.h"
 
 namespace lockstep::production_face {
@@ -214,6 +215,40 @@ TEST(ProductionFaceBody, InDoubleIsTheSameBody) {
 
 // --- Faults
 
+// One of its nodes at a height above the middle of the side of the others, an edge of which is 1.
+Mesh flat(double height) {
+  Mesh mesh = {{{0, 0, 0}, {1, 0, 0}, {.5, .75, 0}, {.5, .25, height}}, {{0, 1, 2, 3}}};
+  return mesh;
+}
+
+// Volumes are height / 8.
+TEST(ProductionFaceMesh, SliversAreFaults) {
+  EXPECT_EQ(fault_of(flat(8.01 * least_share)), "");
+  EXPECT_EQ(fault_of(flat(7.99 * least_share)),
+            "tetrahedron 0 is a sliver: its volume is less than 1e-4 of its longest edge cubed");
+  EXPECT_EQ(fault_of(flat(0)), "tetrahedron 0 has no positive volume");
+}
+
+// The bound that least_share stands for: with displacements that are as long as an edge, strains of the least share are
+// off by no more than 5e-4 of it.
+TEST(ProductionFaceMesh, StrainsOfTheFlattestAreOffByWhatIsSaid) {
+  const Body<float> body = make_body(flat(8.01 * least_share), {}, 0);
+  double most = 0;
+  for (int a = 0; a < 3; ++a) {
+    const double x = body.gradient.at(0, 3 * a), y = body.gradient.at(0, 3 * a + 1), z = body.gradient.at(0, 3 * a + 2);
+    most += 2 * 0x1p-24 * std::sqrt(x * x + y * y + z * z);
+  }
+  EXPECT_LE(most, .87 * 0x1p-24 * 1.001 / least_share);
+  EXPECT_LE(most, 5.3e-4);
+}
+
+TEST(ProductionFaceMesh, DoubledNodesAreCounted) {
+  Mesh mesh = make_lattice({2, 1, 1}, 1);
+  EXPECT_EQ(count_doubled(mesh), 0);
+  mesh.nodes.push_back(mesh.nodes[3]), mesh.nodes.push_back(mesh.nodes[3]), mesh.nodes.push_back(mesh.nodes[0]);
+  EXPECT_EQ(count_doubled(mesh), 3);
+}
+
 TEST(ProductionFaceMesh, FaultsAreNamed) {
   const Mesh good = make_lattice({1, 1, 1}, 1);
   const auto fault = [&](auto change) {
@@ -229,6 +264,15 @@ TEST(ProductionFaceMesh, FaultsAreNamed) {
             "tetrahedron 7 has no positive volume");
   EXPECT_EQ(fault([](Mesh& m) { m.tetrahedra[0] = {0, 1, 2, 3}; }), "tetrahedron 0 has no positive volume");
   EXPECT_EQ(fault([](Mesh& m) { m.nodes.push_back({0, 0, 0}); }), "node 9 is in no tetrahedron");
+  EXPECT_EQ(fault([](Mesh& m) {
+              const auto& t = m.tetrahedra[4];
+              m.tetrahedra.push_back({t[1], t[2], t[0], t[3]});  // turned about a corner, so with the same volume
+            }),
+            "tetrahedron 12 has the nodes of tetrahedron 4");
+  EXPECT_EQ(fault([](Mesh& m) {
+              for (Vector3<double>& x : m.nodes) x = 7e-7 * x;  // edges of up to sqrt(2) times that
+            }),
+            "tetrahedron 0 has no edge of 1e-6 m or longer");
   for (const double bad : {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()})
     for (int k = 0; k < 3; ++k)
       EXPECT_EQ(fault([&](Mesh& m) {

@@ -10,6 +10,7 @@
 #include <numeric>
 #include <set>
 
+#include "common/production_face/faults.h"
 #include "common/production_face/head.h"
 #include "common/production_face/stuffing.h"
 

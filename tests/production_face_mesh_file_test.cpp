@@ -7,6 +7,7 @@
 #include <functional>
 #include <sstream>
 
+#include "common/production_face/faults.h"
 #include "tests/temporary_folder.h"
 
 namespace lockstep::production_face {
@@ -138,6 +139,39 @@ TEST_F(ProductionFaceMeshFile, NegativeVolumesAreTurned) {
   EXPECT_EQ(fault_of(read.mesh), "");
 }
 
+// Two cells with a cut between them: each has its own four nodes of the common face. As one mesh they have four less.
+TEST_F(ProductionFaceMeshFile, NodesAtOnePlaceAreTheSidesOfACut) {
+  Mesh mesh = make_lattice({1, 1, 1}, .25);
+  const int nodes = static_cast<int>(mesh.nodes.size());
+  for (int n = 0; n < nodes; ++n) mesh.nodes.push_back(mesh.nodes[n] + Vector3<double>{.25, 0, 0});
+  for (std::size_t t = 0; t < 12; ++t) {
+    mesh.tetrahedra.push_back(mesh.tetrahedra[t]);
+    for (std::int32_t& corner : mesh.tetrahedra.back()) corner += nodes;
+  }
+  write_bytes(path("a.veg"), veg(mesh));
+  const MeshFile read = read_mesh(path("a.veg"));
+  EXPECT_EQ(read.doubled, 4);
+  EXPECT_EQ(read.mesh.nodes.size(), 18u);
+}
+
+// A body's places are float: half a metre apart at 2^22 m, eight metres at 2^26.
+TEST_F(ProductionFaceMeshFile, WhatFloatMakesFlatIsRefused) {
+  const auto from = [&](double away) {
+    Mesh mesh = make_lattice({1, 1, 1}, 1);
+    for (Vector3<double>& x : mesh.nodes) x.x += away;
+    std::ostringstream text;
+    text.precision(17);
+    text << "*VERTICES\n9 3\n";
+    for (std::size_t n = 0; n < 9; ++n)
+      text << n << ' ' << mesh.nodes[n].x << ' ' << mesh.nodes[n].y << ' ' << mesh.nodes[n].z << '\n';
+    return text.str() + "*ELEMENTS\nTET\n12 4\n" + elements(mesh, 0);
+  };
+  write_bytes(path("a.veg"), from(1 << 22));
+  EXPECT_EQ(read_mesh(path("a.veg")).turned, 0);
+  EXPECT_EQ(error("a.veg", from(1 << 26)),
+            "a.veg: tetrahedron 0 has no positive volume, counted from 0 in the order of the file");
+}
+
 // Wherever a file ends, short of its last few words, it is refused in a line that begins with its name.
 TEST_F(ProductionFaceMeshFile, CutShortIsRefused) {
   const Mesh mesh = make_lattice({1, 1, 1}, .25);
@@ -179,6 +213,11 @@ TEST_F(ProductionFaceMeshFile, SaysWhatIsWrong) {
                     m.nodes.push_back({1, 1, 1});
                   })),
             "a.veg: node 9 is in no tetrahedron, counted from 0 in the order of the file");
+  EXPECT_EQ(error("a.veg", changed([](Mesh& m) { m.tetrahedra.push_back(m.tetrahedra[7]); })),
+            "a.veg: tetrahedron 12 has the nodes of tetrahedron 7, counted from 0 in the order of the file");
+  EXPECT_EQ(error("a.veg", changed([](Mesh& m) { m.nodes[8].x = 2.5e-5; })),
+            "a.veg: tetrahedron 0 is a sliver: its volume is less than 1e-4 of its longest edge cubed, counted from 0 "
+            "in the order of the file");
   EXPECT_EQ(error("a.veg", changed([](Mesh& m) { m.tetrahedra.clear(); })), "a.veg: no tetrahedra");
   for (const char* bad : {"nan", "inf", "-1e300", "x"})
     EXPECT_EQ(error("a.veg", replaced(veg(mesh), "0.125 0.125 0.125", std::string("0 0 ") + bad)),

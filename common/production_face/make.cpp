@@ -1,7 +1,6 @@
 #include "common/production_face/make.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/convert.h"
 
@@ -124,29 +123,6 @@ Mesh make_lattice(const std::array<int, 3>& cells, double spacing) {
                    cell(0, 0, 0), odd);
       }
   return mesh;
-}
-
-std::string fault_of(const Mesh& mesh) {
-  if (mesh.tetrahedra.empty()) return "no tetrahedra";
-  const auto nodes = static_cast<std::int32_t>(mesh.nodes.size());
-  std::vector<bool> has_one(nodes, false);
-  for (std::int32_t n = 0; n < nodes; ++n) {
-    const Vector3<double>& x = mesh.nodes[n];
-    if (!std::isfinite(x.x + x.y + x.z)) return "node " + std::to_string(n) + " has a position that is not finite";
-  }
-  for (std::size_t i = 0; i < mesh.tetrahedra.size(); ++i) {
-    const std::array<std::int32_t, 4>& t = mesh.tetrahedra[i];
-    const std::string name = "tetrahedron " + std::to_string(i);
-    for (const std::int32_t corner : t) {
-      if (corner < 0 || corner >= nodes) return name + " has a corner that is no node: " + std::to_string(corner);
-      if (std::ranges::count(t, corner) > 1) return name + " has node " + std::to_string(corner) + " twice";
-      has_one[corner] = true;
-    }
-    const double volume = shape_of({mesh.nodes[t[0]], mesh.nodes[t[1]], mesh.nodes[t[2]], mesh.nodes[t[3]]}).volume;
-    if (!(volume > 0)) return name + " has no positive volume";
-  }
-  const auto alone = std::ranges::find(has_one, false);
-  return alone == has_one.end() ? "" : "node " + std::to_string(alone - has_one.begin()) + " is in no tetrahedron";
 }
 
 Body<float> make_body(const Mesh& mesh, const std::vector<Fibre>& fibres, int muscles) {

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "common/production_face/body.h"
@@ -28,11 +27,7 @@ struct Fibre {
 // Source: Labelle and Shewchuk, Isosurface stuffing, SIGGRAPH 2007; the sides of the box are ours.
 Mesh make_lattice(const std::array<int, 3>& cells, double spacing);
 
-// What is wrong with a mesh, in words: no tetrahedra, a corner out of range or twice, a volume that is not positive, a
-// node without a tetrahedron, a position that is not finite; "" if nothing is.
-std::string fault_of(const Mesh& mesh);
-
-// The mesh must have no fault; fibres stand in the order of their tetrahedra.
+// The mesh must have no fault (faults.h); fibres stand in the order of their tetrahedra.
 Body<float> make_body(const Mesh& mesh, const std::vector<Fibre>& fibres, int muscles);
 
 // In another precision, its gradients and volumes computed anew from the same positions.

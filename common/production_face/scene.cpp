@@ -77,7 +77,7 @@ struct Anatomy {
   std::vector<float> activation;     // of muscles, at the start
   std::vector<Bone> bones;
   std::vector<std::vector<std::int32_t>> held;  // by each bone; a node in several is the first bone's
-  int turned = 0;                               // tetrahedra of a file
+  int turned = 0, doubled = 0;                  // tetrahedra and nodes of a file (mesh_file.h)
 };
 
 // The nodes in a box, borders included.
@@ -137,8 +137,9 @@ Anatomy read_anatomy(const std::string& path, const toml::table& table) {
   if (lattice) return in_capsules_and_boxes(table, read_lattice(*lattice));
   check_keys(*mesh, {"file"}, {});
   const MeshFile file = read_mesh(beside(path, *text(*mesh, "file")));
+  require_memory_for(static_cast<double>(file.mesh.tetrahedra.size()), *mesh);
   Anatomy anatomy = in_capsules_and_boxes(table, file.mesh);
-  anatomy.turned = file.turned;
+  anatomy.turned = file.turned, anatomy.doubled = file.doubled;
   return anatomy;
 }
 
@@ -236,6 +237,7 @@ Scene load_scene(const std::string& path) {
   Scene scene = scene_of(anatomy);
   scene.name = scene_name(path), scene.path = path;
   scene.flesh = flesh, scene.frames = frames, scene.tolerance = tolerance, scene.turned = anatomy.turned;
+  scene.doubled = anatomy.doubled;
   scene.pose.displacement = shaken(scene.body.nodes, shake);
   for (const int n : scene.body.held) store(scene.pose.displacement, n, {0, 0, 0});
   read_keys(table, anatomy.muscles, scene);

@@ -19,6 +19,7 @@ struct Scene {
   int frames = 1;
   double tolerance = 1e-3;  // of a frame's forces (step.h)
   int turned = 0;           // tetrahedra of a mesh file that had a negative volume, and now have a positive one
+  int doubled = 0;          // nodes of a mesh file that stand where another does
 };
 
 inline constexpr double frame_time = 1 / 24.;  // s

@@ -80,6 +80,9 @@ Simulation simulation(const RunOptions& options) {
   if (run->scene.turned > 0)
     std::fprintf(stderr, "lockstep: %d tetrahedra were inside out in the file: two of their corners are swapped\n",
                  run->scene.turned);
+  if (run->scene.doubled > 0)
+    std::fprintf(stderr, "lockstep: %d nodes of the file stand where another does: the mesh is cut between them\n",
+                 run->scene.doubled);
   run->face = make_face(run->scene.body, run->scene.flesh);
   run->pose = run->scene.pose;
   const bool is_serial = options.variant == "serial";
