@@ -18,6 +18,8 @@
 
 namespace lockstep::production_face {
 
+inline constexpr float muscle_stress = 3e5f;  // Pa: the greatest tension of a muscle, unless it has its own
+
 template <class Real>
 struct Body {
   int nodes = 0, tetrahedra = 0;  // without those that fill up the last block
@@ -31,7 +33,8 @@ struct Body {
   // block b those from first_fibre[b] to first_fibre[b + 1] - 1. A slot is a block of Blocked.
   Array<std::int32_t> first_fibre;
   Blocked<std::int32_t> muscle;  // 1: whose the fibre is, -1 where a tetrahedron has none in this slot
-  Blocked<Real> fibre;           // 4: its direction, of length 1, and the share of the tetrahedron that is muscle
+  // 5: its direction, of length 1; the share of the tetrahedron that is muscle; its greatest tension, Pa. 0 without one
+  Blocked<Real> fibre;
 
   // The corners at a node, in the order of their tetrahedra: 4 tetrahedron + corner. Those of node n stand from
   // first_corner[n] to first_corner[n + 1] - 1.

@@ -100,11 +100,10 @@ struct Pull {
   T per_stretch, stiffness;
 };
 
-// `activation` is a d, `is_there` whether the tetrahedron has the fibre.
+// `activation` is a d; `most` is sigma, Pa, 0 where the tetrahedron has no such fibre.
 template <class T, class Mask>
-inline Pull<T> add_pull(const Matrix3<T>& f, const Vector3<T>& w, const T& activation, const Mask& is_there,
+inline Pull<T> add_pull(const Matrix3<T>& f, const Vector3<T>& w, const T& activation, const T& most,
                         const Mask& definite, Element<T>& e) {
-  const T most = select(is_there, T(muscle_stress), T(0));
   const Vector3<T> along = f * w;
   const Tension<T> t = tension(sqrt(dot(along, along)), most * activation, most, definite);
   const Vector3<T> force = t.per_stretch * along;

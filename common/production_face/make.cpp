@@ -47,15 +47,15 @@ void set_fibres(const std::vector<Fibre>& fibres, Body<float>& body) {
     body.first_fibre[block + 1] = body.first_fibre[block] + *std::max_element(begin, begin + lanes);
   }
   const int slots = body.first_fibre.back();
-  body.muscle = {1, slots}, body.fibre = {4, slots};
+  body.muscle = {1, slots}, body.fibre = {5, slots};
   std::ranges::fill(body.muscle.value, -1);
   std::ranges::fill(of_tetrahedron, 0);
   for (const Fibre& fibre : fibres) {
     const int t = fibre.tetrahedron;
     const int place = (body.first_fibre[t / lanes] + of_tetrahedron[t]++) * lanes + t % lanes;
     body.muscle.at(place, 0) = fibre.muscle;
-    const double values[] = {fibre.direction.x, fibre.direction.y, fibre.direction.z, fibre.share};
-    for (int k = 0; k < 4; ++k) body.fibre.at(place, k) = static_cast<float>(values[k]);
+    const double values[] = {fibre.direction.x, fibre.direction.y, fibre.direction.z, fibre.share, fibre.stress};
+    for (int k = 0; k < 5; ++k) body.fibre.at(place, k) = static_cast<float>(values[k]);
   }
 }
 

@@ -18,8 +18,9 @@ struct Mesh {
 // The fibre of a muscle in a tetrahedron.
 struct Fibre {
   std::int32_t tetrahedron, muscle;
-  Vector3<double> direction;  // at rest; of length 1
-  double share = 1;           // of the tetrahedron that is muscle, 0 to 1
+  Vector3<double> direction;      // at rest; of length 1
+  double share = 1;               // of the tetrahedron that is muscle, 0 to 1
+  double stress = muscle_stress;  // the greatest tension, Pa
 };
 
 // A box of cells, filled by a body-centred cubic lattice: nodes at the corners and in the middle of cells, four

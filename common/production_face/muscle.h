@@ -20,8 +20,6 @@
 
 namespace lockstep::production_face {
 
-inline constexpr float muscle_stress = 3e5f;  // sigma, Pa, unless a muscle has its own
-
 // What a curve gives at a stretch, its slope, and its integral from where it begins.
 template <class T>
 struct Curve {

@@ -91,7 +91,7 @@ void add_fibres(const Body<Real>& body, const Pose<Real>& pose, const Matrix3<fl
     const Vector3<floatv> w = load_vector(body.fibre, slot, 0);
     const floatv activation =
         gather(pose.activation.data(), muscle, is_there) * load(body.fibre.vector(slot, 3), is_there);
-    const Pull<floatv> pull = add_pull(f, w, activation, is_there, definite, e);
+    const Pull<floatv> pull = add_pull(f, w, activation, load(body.fibre.vector(slot, 4)), definite, e);
     const floatv values[] = {pull.along.x, pull.along.y, pull.along.z, pull.per_stretch, pull.stiffness};
     for (int k = 0; k < 5; ++k) lockstep::store(strained.pull.vector(slot, k), values[k]);
   }

@@ -45,10 +45,9 @@ void add_fibres(const Body<Real>& body, const Pose<Real>& pose, const Matrix3<Re
   const int block = tetrahedron / lanes, lane = tetrahedron % lanes;
   for (int slot = body.first_fibre[block]; slot < body.first_fibre[block + 1]; ++slot) {
     const int place = slot * lanes + lane, muscle = body.muscle.at(place, 0);
-    const bool is_there = muscle >= 0;
     const Vector3<Real> w = {body.fibre.at(place, 0), body.fibre.at(place, 1), body.fibre.at(place, 2)};
-    const Real activation = is_there ? pose.activation[muscle] * body.fibre.at(place, 3) : 0;
-    const Pull<Real> pull = add_pull(f, w, activation, is_there, definite, e);
+    const Real activation = muscle >= 0 ? pose.activation[muscle] * body.fibre.at(place, 3) : 0;
+    const Pull<Real> pull = add_pull(f, w, activation, body.fibre.at(place, 4), definite, e);
     const Real values[] = {pull.along.x, pull.along.y, pull.along.z, pull.per_stretch, pull.stiffness};
     for (int k = 0; k < 5; ++k) strained.pull.at(place, k) = values[k];
   }
