@@ -121,7 +121,8 @@ TEST_F(ProductionFaceSceneTest, KeysRepeatIfTold) {
 
 TEST_F(ProductionFaceSceneTest, Refusals) {
   const std::string box = "[lattice]\ncells = [1, 1, 1]\nspacing = 1\n";
-  EXPECT_EQ(error(box + "[face]\nspacing = 0.01\n"), "a.toml:1:1: expected exactly one of lattice, mesh and face");
+  EXPECT_EQ(error(box + "[face]\nspacing = 0.01\n"),
+            "a.toml:1:1: expected exactly one of lattice, mesh, face and facesim");
   EXPECT_EQ(error("[face]\nspacing = 0.01\n[[bone]]\nname = \"a\"\nfrom = [0, 0, 0]\nto = [1, 1, 1]\n"),
             "a.toml:4:1: bone: expected none beside [face], which has its own");
   EXPECT_EQ(error(box + "[[key]]\ntime = 1\n[[key]]\ntime = 1\n"),

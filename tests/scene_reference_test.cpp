@@ -13,6 +13,7 @@
 
 #include "common/memory.h"
 #include "common/toml.h"
+#include "tests/facesim_files.h"
 #include "tests/scene_document.h"
 #include "tests/scene_hash.h"
 #include "tests/temporary_folder.h"
@@ -67,6 +68,7 @@ std::string base_of(const std::string& domain, const std::string& section) {
        "0]\n"
        "to = [0, 1, 1]\n[[key]]\ntime = 1\n[[key.pull]]\nmuscle = \"a\"\nactivation = 1\n[[key.move]]\nbone = \"b\"\n"},
       {"production_face/mesh", "kind = \"production_face\"\n[mesh]\nfile = \"a.veg\"\n"},
+      {"production_face/facesim", "kind = \"production_face\"\n[facesim]\nfolder = \"facesim\"\n"},
       {"production_face/face", "kind = \"production_face\"\n[face]\nspacing = 0.012\n"},
       {"production_cloth",
        weave + "[material]\n[contact]\n[[hold]]\nfrom = [0, 0, 0]\nto = [0, 0, 0]\n[[hold.key]]\ntime = 1\n" +
@@ -116,6 +118,7 @@ struct SceneReference : TemporaryFolder {
     limit_memory(1e8);
     write_bytes(path("a.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
     write_bytes(path("a.veg"), "*VERTICES\n4 3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n*ELEMENTS\nTET\n1 4\n1 1 2 3 4\n");
+    production_face::write_facesim(path("facesim"), production_face::small_facesim_files());
     write_bytes(path("a.mtx"), "%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 2\n2 1 -1\n2 2 2\n");
   }
   ~SceneReference() override { limit_memory(std::numeric_limits<double>::infinity()); }

@@ -10,6 +10,8 @@
 
 namespace lockstep::production_face {
 
+inline constexpr double frame_time = 1 / 24.;  // s
+
 struct Bone {
   std::string name;
   Vector3<double> pivot;  // m

@@ -6,6 +6,7 @@
 
 #include "common/memory.h"
 #include "common/production_face/face.h"
+#include "common/production_face/facesim.h"
 #include "common/production_face/make.h"
 #include "common/production_face/mesh_file.h"
 #include "common/scene_reader.h"
@@ -15,6 +16,8 @@ namespace {
 
 // What a body, what is strained of it and the mesh that it is made of take.
 constexpr double bytes_per_tetrahedron = 500;
+// Of sixteen fibres, of which one at least is there, with what is strained of them.
+constexpr double bytes_per_slot = 16 * 4 * (1 + 5 + 5);
 
 void require_memory_for(double tetrahedra, const toml::table& table) {
   require_memory(bytes_per_tetrahedron * tetrahedra,
@@ -72,12 +75,13 @@ std::vector<Fibre> fibres_of(const Mesh& mesh, const std::vector<Muscle>& muscle
 
 struct Anatomy {
   Mesh mesh;
-  std::vector<Fibre> fibres;
-  std::vector<std::string> muscles;  // their names
-  std::vector<float> activation;     // of muscles, at the start
-  std::vector<Bone> bones;
-  std::vector<std::vector<std::int32_t>> held;  // by each bone; a node in several is the first bone's
-  int turned = 0, doubled = 0;                  // tetrahedra and nodes of a file (mesh_file.h)
+  std::vector<Fibre> fibres = {};
+  std::vector<std::string> muscles = {};  // their names
+  std::vector<float> activation = {};     // of muscles, at the start
+  std::vector<Bone> bones = {};
+  std::vector<std::vector<std::int32_t>> held = {};  // by each bone; a node in several is the first bone's
+  int turned = 0, doubled = 0;                       // tetrahedra and nodes of a file (mesh_file.h)
+  std::vector<Key> keys = {};                        // of files; else the scene has them
 };
 
 // The nodes in a box, borders included.
@@ -112,9 +116,15 @@ Anatomy in_capsules_and_boxes(const toml::table& table, const Mesh& mesh) {
   return anatomy;
 }
 
+// Refuses tables of the scene beside another, which says the same.
+void refuse_beside(const toml::table& table, std::initializer_list<const char*> keys, const std::string& other) {
+  for (const char* key : keys)
+    if (const toml::node* given = table.get(key))
+      refuse_value(*given, key, "none beside " + other + ", which has its own");
+}
+
 Anatomy read_face(const toml::table& table, const toml::table& face) {
-  for (const char* key : {"muscle", "bone"})
-    if (const toml::node* given = table.get(key)) refuse_value(*given, key, "none beside [face], which has its own");
+  refuse_beside(table, {"muscle", "bone"}, "[face]");
   check_keys(face, {"spacing"}, {});
   const double spacing = *number_between(face, "spacing", least_face_spacing, most_face_spacing, "m");
   require_memory_for(face_tetrahedra(spacing), face);
@@ -128,12 +138,33 @@ Anatomy read_face(const toml::table& table, const toml::table& face) {
           .held = {std::move(made.skull), std::move(made.jaw)}};
 }
 
+Anatomy read_facesim_face(const std::string& path, const toml::table& table, const toml::table& facesim) {
+  refuse_beside(table, {"muscle", "bone"}, "[facesim]");
+  check_keys(facesim, {"folder"}, {"controls"});
+  std::optional<std::string> controls = text(facesim, "controls");
+  if (controls) refuse_beside(table, {"key"}, "`controls`"), controls = beside(path, *controls);
+  FacesimFace read = read_facesim(beside(path, *text(facesim, "folder")), controls);
+  require_memory_for(static_cast<double>(read.file.mesh.tetrahedra.size()), facesim);
+  require_memory(bytes_per_slot * static_cast<double>(read.fibres.size()), position(facesim.source()) + ": fibres");
+  const std::vector<float> at_rest(read.muscles.size(), 0.f);
+  return {.mesh = std::move(read.file.mesh),
+          .fibres = std::move(read.fibres),
+          .muscles = std::move(read.muscles),
+          .activation = read.keys.empty() ? at_rest : read.keys[0].activation,
+          .bones = std::move(read.bones),
+          .held = std::move(read.held),
+          .turned = read.file.turned,
+          .doubled = read.file.doubled,
+          .keys = std::move(read.keys)};
+}
+
 Anatomy read_anatomy(const std::string& path, const toml::table& table) {
   const toml::table *lattice = subtable(table, "lattice"), *mesh = subtable(table, "mesh"),
-                    *face = subtable(table, "face");
-  if ((lattice != nullptr) + (mesh != nullptr) + (face != nullptr) != 1)
-    refuse(table.source(), "expected exactly one of lattice, mesh and face");
+                    *face = subtable(table, "face"), *facesim = subtable(table, "facesim");
+  if ((lattice != nullptr) + (mesh != nullptr) + (face != nullptr) + (facesim != nullptr) != 1)
+    refuse(table.source(), "expected exactly one of lattice, mesh, face and facesim");
   if (face) return read_face(table, *face);
+  if (facesim) return read_facesim_face(path, table, *facesim);
   if (lattice) return in_capsules_and_boxes(table, read_lattice(*lattice));
   check_keys(*mesh, {"file"}, {});
   const MeshFile file = read_mesh(beside(path, *text(*mesh, "file")));
@@ -188,20 +219,22 @@ Key read_key(const toml::table& table, const std::vector<std::string>& muscles, 
   return key;
 }
 
-// The first key is the scene's start, bones at rest.
-void read_keys(const toml::table& table, const std::vector<std::string>& muscles, Scene& scene) {
+// Those of files, if there are; else the first key is the scene's start, bones at rest.
+void read_keys(const toml::table& table, const Anatomy& anatomy, Scene& scene) {
   Motion& motion = scene.motion;
+  motion.repeats = truth(table, "repeat").value_or(false);
+  motion.keys = anatomy.keys;
+  if (!motion.keys.empty()) return;
   std::vector<std::string> bones;
   for (const Bone& bone : motion.bones) bones.push_back(bone.name);
   motion.keys = {{.time = 0,
                   .activation = {scene.pose.activation.begin(), scene.pose.activation.end()},
                   .bones = std::vector<Placement>(bones.size())}};
   for (const toml::table* key : subtables(table, "key")) {
-    motion.keys.push_back(read_key(*key, muscles, bones));
+    motion.keys.push_back(read_key(*key, anatomy.muscles, bones));
     if (motion.keys.back().time <= motion.keys[motion.keys.size() - 2].time)
       refuse_value(*key->get("time"), "time", "a later time than the key's before");
   }
-  motion.repeats = truth(table, "repeat").value_or(false);
 }
 
 // Each component of each node's displacement is a random number from -shake to shake, the same on every machine.
@@ -223,7 +256,7 @@ Vectors<float> shaken(int nodes, double shake) {
 
 Scene load_scene(const std::string& path) {
   const toml::table table = read_scene(path, "production_face", {"kind"},
-                                       {"lattice", "mesh", "face", "m10", "m01", "kappa", "shake", "frames",
+                                       {"lattice", "mesh", "face", "facesim", "m10", "m01", "kappa", "shake", "frames",
                                         "tolerance", "repeat", "muscle", "bone", "key"});
   Flesh flesh;
   const auto modulus = [&](const char* key, float otherwise) {
@@ -240,7 +273,7 @@ Scene load_scene(const std::string& path) {
   scene.doubled = anatomy.doubled;
   scene.pose.displacement = shaken(scene.body.nodes, shake);
   for (const int n : scene.body.held) store(scene.pose.displacement, n, {0, 0, 0});
-  read_keys(table, anatomy.muscles, scene);
+  read_keys(table, anatomy, scene);
   return scene;
 }
 

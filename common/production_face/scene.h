@@ -22,8 +22,6 @@ struct Scene {
   int doubled = 0;          // nodes of a mesh file that stand where another does
 };
 
-inline constexpr double frame_time = 1 / 24.;  // s
-
 // Reads a TOML scene. Throws InputError in one line, `file:line:column: what was expected`, where the file cannot be
 // read, is not what scenes/README.md says, or does not fit the machine's memory, asked before the body is made.
 Scene load_scene(const std::string& path);
