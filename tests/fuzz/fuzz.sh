@@ -53,8 +53,8 @@ fuzz() {
   mkdir -p $folder/corpus $folder/findings
   find $folder/findings -type f -exec mv -t $folder/corpus {} +
   inputs=$(ls -d $folder/corpus tests/fuzz/{corpus,found}/$loader 2>/dev/null)
-  case $loader in fluid_file | obj | off | ply | stl | matrix_market) ;; *)  # scenes have a parser in common, so the inputs of one domain are of use to another
-    dictionary=-dict=$build/scene.dict inputs+=" $(ls -d tests/fuzz/corpus/* | grep -vE '/(fluid_file|obj|off|ply|stl|matrix_market)$')" ;;
+  case $loader in fluid_file | obj | off | ply | stl | matrix_market | msh | vtk | veg | facesim) ;; *)  # scenes have a parser in common, so the inputs of one domain are of use to another
+    dictionary=-dict=$build/scene.dict inputs+=" $(ls -d tests/fuzz/corpus/* | grep -vE '/(fluid_file|obj|off|ply|stl|matrix_market|msh|vtk|veg|facesim)$')" ;;
   esac
   fuzzer $loader $dictionary -max_total_time=$seconds -print_final_stats=1 -artifact_prefix=$folder/findings/ \
     $inputs > $folder/log 2>&1

@@ -19,6 +19,9 @@
 #include "common/linear/matrix_market.h"
 #include "common/memory.h"
 #include "common/mesh_file.h"
+#include "common/production_face/faults.h"
+#include "common/production_face/mesh_file.h"
+#include "tests/facesim_files.h"
 #include "verify/domain.h"
 
 namespace lockstep::fuzz {
@@ -118,6 +121,29 @@ inline void try_matrix_market(const std::string& path) {
   std::filesystem::remove(scene);
 }
 
+// Tetrahedra are read only without a fault, and a scene takes what is read.
+inline void try_tetrahedra(const std::string& path) {
+  production_face::Mesh mesh;
+  if (!accepted([&] { mesh = production_face::read_mesh(path).mesh; })) return;
+  const std::string fault = production_face::fault_of(mesh), scene = path + ".toml";
+  must(fault.empty(), fault);
+  write_bytes(scene, "kind = \"production_face\"\n[mesh]\nfile = \"" + path.substr(path.rfind('/') + 1) + "\"\n");
+  try_scene_of(verify::domain_of_scene(scene), scene);
+  std::filesystem::remove(scene);
+}
+
+// The first byte says which of facesim's files the others take the place of.
+inline void try_facesim(const std::string& path) {
+  production_face::FacesimFiles files = production_face::small_facesim_files();
+  const std::string bytes = read_bytes(path), folder = path.substr(0, path.rfind('/'));
+  if (bytes.empty()) return;
+  const std::string scene = folder + "/facesim.toml";
+  std::next(files.begin(), static_cast<unsigned char>(bytes[0]) % files.size())->second = bytes.substr(1);
+  production_face::write_facesim(folder + "/facesim", files);
+  write_bytes(scene, "kind = \"production_face\"\n[facesim]\nfolder = \"facesim\"\ncontrols = \"facesim\"\n");
+  try_scene_of(verify::domain_of_scene(scene), scene);
+}
+
 struct Loader {
   std::string name;  // also of its folders in corpus/ and found/
   std::string file;  // name of the input file; its extension matters
@@ -132,6 +158,9 @@ inline std::vector<Loader> loaders() {
   all.push_back({"fluid_file", "in.fluid", try_fluid_file});
   for (const std::string& format : std::vector<std::string>{"obj", "off", "ply", "stl"}) all.push_back({format, "in." + format, try_mesh});
   all.push_back({"matrix_market", "in.mtx", try_matrix_market});
+  for (const std::string& format : std::vector<std::string>{"msh", "vtk", "veg"})
+    all.push_back({format, "in." + format, try_tetrahedra});
+  all.push_back({"facesim", "in.facesim", try_facesim});
   return all;
 }
 
