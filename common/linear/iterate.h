@@ -58,9 +58,10 @@ Solution iterate(const Vectors& vectors, const System<Real>& system, std::span<c
   }
   if (is_refreshed)
     solution.true_residual = refreshed;
-  else  // the loop may have ended before x was added to the sum
-    solution.true_residual =
-        system.refresh ? std::sqrt(system.refresh(x, r)) / norm_of_b : system.residual(b, x) / norm_of_b;
+  else if (system.refresh)  // the loop may have ended before x was added to the sum
+    solution.true_residual = std::sqrt(system.refresh(x, r)) / norm_of_b;
+  else
+    solution.true_residual = system.residual ? system.residual(b, x) / norm_of_b : std::nan("");
   return solution;
 }
 
