@@ -1,0 +1,99 @@
+// What resists the deformation of a cloth: links between two vertices, membranes, hinges.
+//
+// A link pulls two vertices along the line between them. The first links are the mesh's edges, in its order; behind them
+// stand the far vertices of hinges, in the order of (from, to). An edge is a spring, or has a share of the quadratic
+// bending, or both; the others have bending alone. Quadratic bending is a force that is linear in positions,
+//
+//   f_i = -sum over j of Q_ij x_j = sum over j of w_ij (x_j - x_i),   w_ij = -Q_ij,
+//
+// as rows of Q sum to 0: springs of length 0, of which some push. So the two share the loads of their vertices, and
+// equal displacements of all vertices change no bit of the differences that are exact.
+//
+// Made once, by sequential code.
+//
+// Source: Bridson, Marino and Fedkiw 2003; Bergou, Wardetzky, Harmon, Zorin and Grinspun, A quadratic bending model for
+//         inextensible surfaces, SGP 2006.
+#pragma once
+
+#include <cstdint>
+
+#include "common/blocked.h"
+#include "common/production_cloth/cloth.h"
+
+namespace lockstep::production_cloth {
+
+// Lists of the vertices, sixteen vertices, a slice, side by side. Item k of vertex 16 s + l stands at
+// [16 (first[s] + k) + l]. Lists of a slice are filled up to the longest of them.
+struct Slices {
+  Array<std::int32_t> first;  // [slice]; and the number of items behind the last
+  Array<std::int32_t> at;     // a vertex, or a record of parts; what fills up: the vertex itself, or the record of 0
+};
+
+template <class Real>
+struct Elements {
+  int vertices = 0;
+
+  // Links: in the order of links, and again as the slices of vertices have them, where what fills up is 0.
+  bool has_springs = false, has_bending = false;
+  int edges = 0, links = 0;                          // 0 where there is neither
+  Array<std::int32_t> from, to;                      // [link]: from < to
+  Array<Real> rest_length, spring, root_of_damping;  // [edge]: m; N/m; the root of N s/m
+  Array<Real> bending;                               // [link]: w, N/m
+  Real bend_damping = 0;                             // s, of w
+  Slices edges_at, far_at;                           // the other vertex of each link, in the order of links
+  Array<Real> spring_at;                             // [16 (3 item + field) + lane]: the three of an edge
+  Array<Real> edge_bending_at, far_bending_at;       // [16 item + lane]: w
+
+  // Membranes: the mesh's triangles. The last block is filled up with copies of the last one, which no vertex has.
+  int membranes = 0;
+  bool corotated = false;                 // else St. Venant and Kirchhoff's
+  Real lambda = 0, mu = 0;                // N/m, of plane stress
+  Real membrane_damping = 0;              // s, of them
+  Blocked<std::int32_t> membrane_corner;  // 3
+  Blocked<Real> membrane;                 // 4: Membrane (element_forces.h)
+
+  // Hinges: the mesh's, likewise.
+  int hinges = 0;
+  Real hinge_stiffness = 0;            // N m
+  Blocked<std::int32_t> hinge_corner;  // 4
+  Blocked<Real> hinge;                 // 2: sin(theta / 2) at rest; the root of the damping, in N m s
+
+  // What membranes and hinges give to their corners stands in records of four numbers: x, y, z, 0. Corner c of membrane
+  // e is that of membrane_record, of hinge e that of hinge_record. The last record is 0.
+  Slices parts_at;  // the records of each vertex: of membranes, then of hinges, in their order
+
+  int slices() const { return (vertices + lanes - 1) / lanes; }
+  int membrane_record(int e, int c) const { return (e / lanes * 3 + c) * lanes + e % lanes; }
+  int hinge_record(int e, int c) const {
+    return 3 * lanes * membrane_corner_blocks() + (e / lanes * 4 + c) * lanes + e % lanes;
+  }
+  int membrane_corner_blocks() const { return (membranes + lanes - 1) / lanes; }
+  int hinge_corner_blocks() const { return (hinges + lanes - 1) / lanes; }
+  int last_record() const { return lanes * (3 * membrane_corner_blocks() + 4 * hinge_corner_blocks()); }
+};
+
+// rest: finite; triangles and edges not degenerate. Springs' rest lengths have the bits of the lengths that forces
+// find at `rest`, so that there they pull by 0.
+template <class Real>
+Elements<Real> make_elements(const Topology& topology, const Vectors<double>& rest, const Material& material);
+
+// What forces finds of the present shape, and damping reads.
+template <class Real>
+struct State {
+  // Of springs, the direction times root_of_damping: serial [3 edge + c], openmp [16 (3 item + c) + lane].
+  Array<Real> along;
+  Blocked<Real> deformation;   // 6: F by columns, of membranes
+  Blocked<Real> fold;          // 12: the slope of theta by its corners times the root of the damping, of hinges
+  Array<Real> records, parts;  // openmp's scratch: positions, four numbers a vertex; parts
+};
+
+// --- Shared by the two versions' make_state
+
+template <class Real>
+State<Real> make_state_of_blocks(const Elements<Real>& e) {
+  State<Real> state;
+  state.deformation = {6, e.membrane_corner_blocks()}, state.fold = {12, e.hinge_corner_blocks()};
+  return state;
+}
+
+}  // namespace lockstep::production_cloth
