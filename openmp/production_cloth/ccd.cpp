@@ -1,0 +1,169 @@
+// Continuous collision detection, sixteen pairs at a time through the three tests that dismiss pairs.
+//
+// Both positions of a vertex are first put side by side, so that a vertex of a pair costs one access. Then threads take
+// chunks of pairs. What the cheap tests leave of a chunk is packed, so that the dearer ones have full vectors, too. The
+// few pairs that are left after all tests are searched for their impact one by one: they part ways at once.
+//
+// Each thread keeps what it finds; the impacts of a chunk stand together and in order. They move to their places when it
+// is known how many the chunks before have. So the result does not depend on who did what.
+//
+// The contract stands in common/production_cloth/ccd.h, the tests in ccd_filters.h, the search in ccd_impact.h.
+#include "common/production_cloth/ccd.h"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <span>
+
+#include "common/production_cloth/ccd_impact.h"
+#include "common/real.h"
+#include "common/simd.h"
+#include "openmp/failure.h"
+
+namespace lockstep::production_cloth::openmp {
+namespace {
+
+using namespace meeting;
+using Number = floatv;
+using Mask = maskv;
+using Vertices = std::array<std::int32_t, 4>;
+using Found = CcdMemory::Found;
+
+constexpr int chunk_size = 1024;  // pairs
+
+// Pairs of a chunk: how many, and which.
+struct Left {
+  int count = 0;
+  std::int32_t which[chunk_size + lanes];
+};
+
+void put_side_by_side(const Vectors<Real>& start, const Vectors<Real>& end, int vertices, Array<Real>& vertex) {
+  // Every vertex is one thread's.
+#pragma omp parallel for schedule(static)
+  for (int v = 0; v < vertices; ++v) {
+    const float record[8] = {start.x[v], start.y[v], start.z[v], 0, end.x[v], end.y[v], end.z[v], 0};
+    std::copy(record, record + 8, &vertex[8 * std::size_t(v)]);
+  }
+}
+
+// Of fewer than sixteen pairs, the rest repeats the first.
+LOCKSTEP_INLINE Corners<Number> load_corners(const Array<Real>& vertex, std::span<const ElementPair> pairs,
+                                             const std::int32_t* which, int n, const auto& corners_of) {
+  std::int32_t corner[4][lanes];
+  for (int l = 0; l < lanes; ++l) {
+    const Vertices v = corners_of(pairs[which[l < n ? l : 0]]);
+    for (int i = 0; i < 4; ++i) corner[i][l] = v[i];
+  }
+  Corners<Number> x;
+  for (int i = 0; i < 4; ++i) {
+    const Records r = load_records(vertex.data(), corner[i]);
+    x.start[i] = {r.field[0], r.field[1], r.field[2]};
+    x.end[i] = {r.field[4], r.field[5], r.field[6]};
+  }
+  return x;
+}
+
+Corners<double> to_double(const Array<Real>& vertex, const Vertices& corner) {
+  Corners<double> wide;
+  for (int i = 0; i < 4; ++i) {
+    const float* r = &vertex[8 * std::size_t(corner[i])];
+    wide.start[i] = {r[0], r[1], r[2]}, wide.end[i] = {r[4], r[5], r[6]};
+  }
+  return wide;
+}
+
+// Keeps those of `left` that `test` does not dismiss, in order.
+LOCKSTEP_INLINE void keep(Left& left, const auto& dismissed) {
+  int kept = 0;
+  for (int k = 0; k < left.count; k += lanes) {
+    const Mask stays = first_lanes(left.count - k) & !dismissed(left.which + k, left.count - k);
+    store(left.which + kept, compress(stays, load(left.which + k)));
+    kept += count(stays);
+  }
+  left.count = kept;
+}
+
+template <Kind kind>
+void find(const Array<Real>& vertex, std::span<const ElementPair> pairs, const auto& corners_of,
+          std::vector<Found>& found) {
+  Left left;
+  left.count = static_cast<int>(pairs.size());
+  for (int k = 0; k < left.count; ++k) left.which[k] = k;
+  keep(left, [&](const std::int32_t* which, int n) {
+    const Corners<Number> x = load_corners(vertex, pairs, which, n, corners_of);
+    const Mask apart = apart_along_axes<kind>(x);
+    return all(apart) ? apart : apart | never_in_plane(cubic_of(spans_of(x)));
+  });
+  keep(left, [&](const std::int32_t* which, int n) {
+    return apart_as_in_the_middle<kind>(spans_of(load_corners(vertex, pairs, which, n, corners_of)));
+  });
+  for (int k = 0; k < left.count; ++k) {
+    const Vertices corner = corners_of(pairs[left.which[k]]);
+    Impact impact;
+    if (!find_impact<kind>(to_double(vertex, corner), impact)) continue;
+    const double normal[4] = {impact.normal.x, impact.normal.y, impact.normal.z, impact.time};
+    Found& f = found.emplace_back();
+    for (int i = 0; i < 4; ++i) {
+      f.corner[i] = corner[i];
+      f.weight[i] = static_cast<Real>(impact.weight[i]);
+      f.normal[i] = static_cast<Real>(normal[i]);
+    }
+  }
+}
+
+std::span<const ElementPair> chunk_of(const Array<ElementPair>& pairs, std::size_t chunk) {
+  const std::size_t begin = chunk * chunk_size;
+  return std::span(pairs).subspan(begin, std::min<std::size_t>(chunk_size, pairs.size() - begin));
+}
+std::size_t chunks_of(const Array<ElementPair>& pairs) { return (pairs.size() + chunk_size - 1) / chunk_size; }
+
+}  // namespace
+
+void ccd(const Topology& topology, const ElementPairs& pairs, const Vectors<Real>& start, const Vectors<Real>& end,
+         CcdMemory& memory, Contacts<Real>& impacts) {
+  auto& [vertex, found, part, before] = memory;
+  const std::size_t of_triangles = chunks_of(pairs.point_triangle), chunks = of_triangles + chunks_of(pairs.edge_edge);
+  vertex.resize(8 * static_cast<std::size_t>(topology.vertices));
+  found.resize(std::max<std::size_t>(found.size(), omp_get_max_threads()));
+  for (std::vector<Found>& of_thread : found) of_thread.clear();
+  part.resize(chunks), before.resize(chunks + 1);
+  put_side_by_side(start, end, topology.vertices, vertex);
+
+  lockstep::openmp::Failure failure;
+  // A thread appends to its own list; a chunk's part is its thread's alone. Chunks differ in work, hence dynamic.
+#pragma omp parallel for schedule(dynamic, 4)
+  for (std::size_t chunk = 0; chunk < chunks; ++chunk)
+    failure.guard([&] {
+      const int thread = omp_get_thread_num();
+      std::vector<Found>& mine = found[thread];
+      const auto begin = static_cast<int>(mine.size());
+      if (chunk < of_triangles)
+        find<Kind::point_triangle>(
+            vertex, chunk_of(pairs.point_triangle, chunk),
+            [&](const ElementPair& p) { return corners_of_point_triangle(topology, p); }, mine);
+      else
+        find<Kind::edge_edge>(
+            vertex, chunk_of(pairs.edge_edge, chunk - of_triangles),
+            [&](const ElementPair& p) { return corners_of_edge_edge(topology, p); }, mine);
+      part[chunk] = {thread, begin, static_cast<int>(mine.size())};
+    });
+  failure.rethrow();
+
+  before[0] = 0;
+  for (std::size_t chunk = 0; chunk < chunks; ++chunk)
+    before[chunk + 1] = before[chunk] + (part[chunk].end - part[chunk].begin);
+  impacts.resize(before[chunks]);
+  // A chunk's impacts have places of their own.
+#pragma omp parallel for schedule(static)
+  for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
+    std::size_t to = 4 * before[chunk];
+    for (int k = part[chunk].begin; k < part[chunk].end; ++k, to += 4) {
+      const Found& f = found[part[chunk].thread][k];
+      std::copy(f.corner, f.corner + 4, &impacts.corner[to]);
+      std::copy(f.weight, f.weight + 4, &impacts.weight[to]);
+      std::copy(f.normal, f.normal + 4, &impacts.normal[to]);
+    }
+  }
+}
+
+}  // namespace lockstep::production_cloth::openmp
