@@ -1,0 +1,66 @@
+// Contract: what the cloth's own forces make of its velocities in half a step: elastic forces as they are, damping of the
+// velocities that come out.
+//
+//   M (v' - v) = s (f - D v'),   so   (M + s D) (v' - v) = s (f - D v)
+//
+// for the vertices that are free. Those that are held keep their velocity, which damps the others'. The system is
+// symmetric and positive definite: D is a sum of squares (element_forces.h), but for quadratic bending, whose weights are
+// rounded one by one: it may be off by u |Q|, far less than M. It is solved for the change of velocity, by conjugate
+// gradients (common/linear/iterate.h), preconditioned by M. The tolerance is of the right-hand side above, so that it
+// does not depend on how fast the cloth moves as a whole. Products are made element by element, without a matrix.
+//
+// Nothing changes where the right-hand side is 0: in free fall, and in any other rigid motion at rest but for rounding.
+//
+// In:      elements; state, what the same version's `forces` has made of the present shape; mass, kg; inverse_mass, 1/kg,
+//          0 of held vertices; half_step, s, in seconds; force, N: the elastic forces; when to stop.
+// In, out: velocity, m/s: v, v'. Forces that do not depend on velocity, such as gravity, may be added before.
+// Scratch: memory, made for the elements.
+// Returns: the iterations and the recursive residual; the true one is not computed.
+// Errors:  std::bad_alloc.
+// Arrays are padded.
+//
+// Source: Bridson, Marino and Fedkiw 2003, section 2; [ITJ07] "Production Cloth".
+#pragma once
+
+#include "common/linear/conjugate_gradients.h"
+#include "common/production_cloth/forces.h"
+
+namespace lockstep::production_cloth {
+
+// Vectors of the solve hold component c of vertex v at 4 v + c, and 0 at 4 v + 3: records that lanes load whole.
+template <class Real>
+struct DampingMemory {
+  Array<Real> b, x;   // the right-hand side; the change of velocity
+  Array<Real> pulls;  // serial: -D p
+  Array<Real> parts;  // openmp: of membranes and hinges
+};
+
+template <class Real>
+using DampingSolve = linear::Solution(const Elements<Real>& elements, const State<Real>& state, const Array<Real>& mass,
+                                      const Array<Real>& inverse_mass, Real half_step, const Vectors<Real>& force,
+                                      const linear::Stop& stop, Vectors<Real>& velocity, DampingMemory<Real>& memory);
+
+namespace serial {
+DampingMemory<float> make_damping_memory(const Elements<float>& elements);
+DampingMemory<double> make_damping_memory(const Elements<double>& elements);
+DampingSolve<float> damping_solve;
+DampingSolve<double> damping_solve;
+}  // namespace serial
+
+namespace openmp {
+DampingMemory<float> make_damping_memory(const Elements<float>& elements);
+DampingSolve<float> damping_solve;
+}  // namespace openmp
+
+// --- Formulas; of a number or of lanes
+
+// The damping of membranes whose F is f, by the velocities of their corners.
+template <class T, class Real>
+inline Parts<T, 3> damping_of_membrane(const Elements<Real>& elements, const Membrane<T>& m, const Columns<T>& f,
+                                       const Vector3<T>& v0, const Vector3<T>& v1, const Vector3<T>& v2) {
+  const Columns<T> rate = deformation_of(m, v1 - v0, v2 - v0);
+  const T share(elements.membrane_damping);
+  return parts_of_membrane(m, damping_stress(share * T(elements.lambda), share * T(elements.mu), f, rate));
+}
+
+}  // namespace lockstep::production_cloth
