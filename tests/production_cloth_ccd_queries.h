@@ -34,8 +34,10 @@ struct CcdAnswer {
 inline Topology lone_pair(bool edges) {
   Topology topology;
   topology.vertices = 4;
-  if (edges) topology.edges = {{0, 1}, {2, 3}};
-  else topology.triangles = {{1, 2, 3}};
+  if (edges)
+    topology.edges = {{0, 1}, {2, 3}};
+  else
+    topology.triangles = {{1, 2, 3}};
   return topology;
 }
 inline CcdAnswer answer_of(const CcdQuery& query) {
@@ -43,8 +45,10 @@ inline CcdAnswer answer_of(const CcdQuery& query) {
   start.resize(4), end.resize(4);
   for (int i = 0; i < 4; ++i) store(start, i, query.start[i]), store(end, i, query.end[i]);
   ElementPairs pairs;
-  if (query.edges) pairs.edge_edge = {{0, 1}};
-  else pairs.point_triangle = {{0, 0}};
+  if (query.edges)
+    pairs.edge_edge = {{0, 1}};
+  else
+    pairs.point_triangle = {{0, 0}};
   CcdAnswer answer;
   serial::ccd(lone_pair(query.edges), pairs, start, end, answer.impacts);
   return answer;

@@ -41,8 +41,7 @@ struct Range {
 template <class V>
 inline Range<V> range_of(const Vector3<V>* x, V Vector3<V>::*component, int from, int to) {
   Range<V> range = {x[from].*component, x[from].*component};
-  for (int i = from + 1; i < to; ++i)
-    range = {min(range.least, x[i].*component), max(range.greatest, x[i].*component)};
+  for (int i = from + 1; i < to; ++i) range = {min(range.least, x[i].*component), max(range.greatest, x[i].*component)};
   return range;
 }
 
@@ -112,34 +111,35 @@ inline Cubic<V> cubic_of(const Spans<V>& s) {
           dot(s.start[0], n_end) + dot(s.end[0], n_mixed), dot(s.end[0], n_end), dot(a, n_most)};
 }
 
-// A term of b0 is rounded in three differences, two products and the sums of the cross product (1) and of the dot
-// product (2): 8 u. One of 3 b1 also in n_mixed and in the last sum, and there are three determinants: 3 * 10 u. The
-// size that is computed is too small by 8 u of itself at the most, and one rounding more comes with the factor.
+// A term of b0 is rounded in three spans, two products and the sums of the cross product (1) and of the dot product (2):
+// (5 + 3 k) u, where k is the roundings of a span. One of 3 b1 also in n_mixed and in the last sum, and there are three
+// determinants: 3 (7 + 3 k) u. The size that is computed is too small by 8 u of itself at the most, and one rounding
+// more comes with the factor: less than u of the size.
 template <class V>
-inline V rounding_of_end(const Cubic<V>& cubic) {
-  return 9 * unit<V> * cubic.size + least<V>;
+inline V rounding_of_end(const Cubic<V>& cubic, int span_roundings = 1) {
+  return static_cast<float>(6 + 3 * span_roundings) * unit<V> * cubic.size + least<V>;
 }
 template <class V>
-inline V rounding_of_middle(const Cubic<V>& cubic) {
-  return 31 * unit<V> * cubic.size + least<V>;
+inline V rounding_of_middle(const Cubic<V>& cubic, int span_roundings = 1) {
+  return static_cast<float>(22 + 9 * span_roundings) * unit<V> * cubic.size + least<V>;
 }
 
 template <class V>
-inline MaskOf<V> never_in_plane(const Cubic<V>& c) {
-  const V end = rounding_of_end(c), middle = rounding_of_middle(c);
+inline MaskOf<V> never_in_plane(const Cubic<V>& c, int span_roundings = 1) {
+  const V end = rounding_of_end(c, span_roundings), middle = rounding_of_middle(c, span_roundings);
   return ((c.b0 > end) & (c.b1_3 > middle) & (c.b2_3 > middle) & (c.b3 > end)) |
          ((c.b0 < -end) & (c.b1_3 < -middle) & (c.b2_3 < -middle) & (c.b3 < -end));
 }
 
 // --- Along any direction, which points from the second element to the first
 
-// A term of a product with a span is rounded in a difference, a product and two sums: 4 u; of two such products and
-// their difference: 2 * 4 u + 2 u. The bound's own roundings take less than 2 u more.
+// A term of a product with a span is rounded in a span, a product and two sums: (k + 3) u; of two such products and
+// their difference: 2 (k + 3) u + 2 u. The bound's own roundings take less than 2 u more.
 template <Kind kind, class V>
-inline MaskOf<V> apart_along(const Spans<V>& spans, const Vector3<V>& direction) {
+inline MaskOf<V> apart_along(const Spans<V>& spans, const Vector3<V>& direction, int span_roundings) {
   const Vector3<V> d = greater_of(direction, direction);
   const Vector3<V> most = greater_of(spans.most[0], greater_of(spans.most[1], spans.most[2]));
-  const V rounding = 12 * unit<V> * dot(d, most) + least<V>;
+  const V rounding = static_cast<float>(10 + 2 * span_roundings) * unit<V> * dot(d, most) + least<V>;
   const auto gap = [&](const Vector3<V>(&x)[3]) {
     const V a = dot(direction, x[0]), b = dot(direction, x[1]), c = dot(direction, x[2]);
     const V zero = 0.f;  // of vertex 0

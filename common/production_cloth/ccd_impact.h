@@ -46,8 +46,13 @@ inline Pair make_pair(const Spans<double>& spans) {
   // Points of elements move with averages of their vertices' velocities.
   Vector3<double> velocity[4] = {{0, 0, 0}};
   for (int k = 0; k < 3; ++k) velocity[k + 1] = spans.end[k] - spans.start[k];
+  double speed_2 = 0;
   for (int i = 0; i < first_of<kind>; ++i)
-    for (int j = first_of<kind>; j < 4; ++j) pair.speed = max(pair.speed, length(velocity[i] - velocity[j]));
+    for (int j = first_of<kind>; j < 4; ++j) {
+      const Vector3<double> relative = velocity[i] - velocity[j];
+      speed_2 = max(speed_2, dot(relative, relative));
+    }
+  pair.speed = std::sqrt(speed_2);
   return pair;
 }
 
@@ -122,13 +127,15 @@ template <Kind kind>
 inline double first_touch(const Pair& pair, const Cubic<double>& f) {
   const double rounding = 16 * rounding_of_middle(f);
   const double greatest = max(max(abs(f.b0), abs(f.b3)), max(abs(f.b1_3), abs(f.b2_3)) / 3);
-  const double doubt = std::cbrt(160 * rounding / greatest);
-  if (!(doubt < 1)) return advance<kind>(pair, 0, 1);
+  const double doubt_3 = 160 * rounding / greatest;  // d^3 of the above
+  if (!(doubt_3 < 1)) return advance<kind>(pair, 0, 1);
 
   const auto touch_near = [&](double time) {
     const double distance = length(nearest_at<kind>(pair, time).apart);
     if (!(distance > pair.tolerance)) return time;
-    if (distance > pair.tolerance + 2 * doubt * pair.speed) return -1.;
+    const double away = (distance - pair.tolerance) / (2 * pair.speed);  // twice, for rounding
+    if (away * away * away > doubt_3) return -1.;
+    const double doubt = std::cbrt(doubt_3);
     return advance<kind>(pair, max(time - doubt, 0.), min(time + doubt, 1.));
   };
   const Slope slope = slope_of(f);
@@ -167,9 +174,12 @@ inline Vector3<double> normal_at(const Pair& pair, double time, const double (&w
     const Vector3<double> apart = nearest_at<kind>(pair, max(time - .015625, 0.)).apart;
     const Vector3<double> earlier = unit_or_none(apart, 4 * pair.tolerance);
     const Vector3<double> against = unit_or_none(-velocity, pair.tolerance);
-    if (dot(earlier, velocity) < 0) normal = earlier;
-    else if (dot(against, against) > 0) normal = against;
-    else if (!(dot(normal, normal) > 0)) normal = {0, 0, 1};
+    if (dot(earlier, velocity) < 0)
+      normal = earlier;
+    else if (dot(against, against) > 0)
+      normal = against;
+    else if (!(dot(normal, normal) > 0))
+      normal = {0, 0, 1};
   }
   return dot(normal, velocity) > 0 ? -normal : normal;
 }

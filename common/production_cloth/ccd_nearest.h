@@ -67,17 +67,32 @@ inline Nearest<V> nearest_of_triangle(const Vector3<V>& a, const Vector3<V>& b, 
 
 template <Kind kind, class V>
 inline Nearest<V> nearest(const Vector3<V> (&span)[3]) {
-  if constexpr (kind == Kind::point_triangle) return nearest_of_triangle(span[0], span[1], span[2]);
-  else return nearest_of_edges(span[0], span[1], span[2]);
+  if constexpr (kind == Kind::point_triangle)
+    return nearest_of_triangle(span[0], span[1], span[2]);
+  else
+    return nearest_of_edges(span[0], span[1], span[2]);
 }
 
-// Whether the direction between the nearest points in the middle of the step keeps the elements apart. That direction
-// may be anything: it need not be exact.
+// Whether in each quarter of the step the vertices are never in one plane, or the elements are kept apart by the
+// direction between the nearest points in the quarter's middle. That direction may be anything: it need not be exact.
+// Spans within the step have two roundings more than those at its ends: of a product and of a sum.
 template <Kind kind, class V>
-inline MaskOf<V> apart_as_in_the_middle(const Spans<V>& spans) {
-  Vector3<V> twice[3];
-  for (int k = 0; k < 3; ++k) twice[k] = spans.start[k] + spans.end[k];
-  return apart_along<kind>(spans, nearest<kind>(twice).apart);
+inline MaskOf<V> apart_in_quarters(const Spans<V>& spans) {
+  constexpr int span_roundings = 3;
+  MaskOf<V> apart = V(0.f) == V(0.f);
+  Spans<V> part = spans;
+  for (int quarter = 1; quarter <= 4 && any(apart); ++quarter) {
+    const float t = .25f * static_cast<float>(quarter);
+    Vector3<V> twice[3];
+    for (int k = 0; k < 3; ++k) {
+      part.end[k] = quarter == 4 ? spans.end[k] : V(1.f - t) * spans.start[k] + V(t) * spans.end[k];
+      twice[k] = part.start[k] + part.end[k];
+    }
+    apart &= apart_along<kind>(part, nearest<kind>(twice).apart, span_roundings) |
+             never_in_plane(cubic_of(part), span_roundings);
+    for (int k = 0; k < 3; ++k) part.start[k] = part.end[k];
+  }
+  return apart;
 }
 
 }  // namespace lockstep::production_cloth::meeting

@@ -90,12 +90,13 @@ void find(const Array<Real>& vertex, std::span<const ElementPair> pairs, const a
   left.count = static_cast<int>(pairs.size());
   for (int k = 0; k < left.count; ++k) left.which[k] = k;
   keep(left, [&](const std::int32_t* which, int n) {
-    const Corners<Number> x = load_corners(vertex, pairs, which, n, corners_of);
-    const Mask apart = apart_along_axes<kind>(x);
-    return all(apart) ? apart : apart | never_in_plane(cubic_of(spans_of(x)));
+    return apart_along_axes<kind>(load_corners(vertex, pairs, which, n, corners_of));
   });
   keep(left, [&](const std::int32_t* which, int n) {
-    return apart_as_in_the_middle<kind>(spans_of(load_corners(vertex, pairs, which, n, corners_of)));
+    return never_in_plane(cubic_of(spans_of(load_corners(vertex, pairs, which, n, corners_of))));
+  });
+  keep(left, [&](const std::int32_t* which, int n) {
+    return apart_in_quarters<kind>(spans_of(load_corners(vertex, pairs, which, n, corners_of)));
   });
   for (int k = 0; k < left.count; ++k) {
     const Vertices corner = corners_of(pairs[left.which[k]]);
