@@ -45,6 +45,7 @@ const std::map<std::string, int> floors = {
     {"linear/multiply", 72},
     {"linear/update", 74},
     {"production_cloth/bvh", 88},
+    {"production_cloth/ccd", 65},
     {"production_cloth/collide_bodies", 95},
     {"production_cloth/pairs", 75},
     {"production_cloth/damping_solve", 62},

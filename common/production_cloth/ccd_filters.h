@@ -81,7 +81,7 @@ inline Spans<V> spans_of(const Corners<V>& x) {
 }
 
 // u of numbers of type V, and what underflow may cost: a product that underflows loses half of 2^-149 (double: of
-// 2^-1074), and the terms below have fewer than 2^5 such losses, each times 2^40 m at the most (double: times 2^60 m).
+// 2^-1074), and the terms below have fewer than 2^6 such losses, each times two spans at the most, of up to 2^21 m.
 template <class V>
 inline constexpr float unit = 0x1p-24f;
 template <>
