@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "common/cloth/read_bodies.h"
 #include "common/convert.h"
 #include "common/input_error.h"
 #include "common/memory.h"
 #include "common/mesh_file.h"
+#include "common/production_cloth/intersections.h"
 #include "common/production_cloth/sheets.h"
 #include "common/scene_reader.h"
 
@@ -15,8 +17,9 @@ namespace lockstep::production_cloth {
 namespace {
 
 // What loading takes, a triangle, with half a vertex and one and a half edges each: three meshes of 24 bytes, sides of
-// triangles (60), topology (12 + 12 + 12 + 24), codes and orders (6), positions (12); doubled, since vectors grow so.
-constexpr double bytes_per_triangle = 2 * (3 * 24 + 60 + 60 + 6 + 12);
+// triangles (60), topology (12 + 12 + 12 + 24), codes and orders (6), positions (12); doubled, since vectors grow so. Then
+// boxes (26) and positions (6) for a look at what intersects.
+constexpr double bytes_per_triangle = 2 * (3 * 24 + 60 + 60 + 6 + 12) + 26 + 6;
 constexpr double max_triangles = 1 << 26;
 
 constexpr double far = 1e6;  // m: no cloth reaches so far
@@ -92,12 +95,12 @@ void append(Mesh& to, const Mesh& mesh) {
 
 Mesh read_cloths(const toml::table& scene, const std::string& path) {
   Mesh mesh;
-  for (const toml::table* table : subtables(scene, "sheet")) append(mesh, read_sheet(*table));
-  for (const toml::table* table : subtables(scene, "tube")) append(mesh, read_tube(*table));
-  for (const toml::table* table : subtables(scene, "mesh")) append(mesh, read_file(*table, path));
+  for (const toml::table* table : subtables(scene, "sheet")) append(mesh, renumbered(read_sheet(*table)));
+  for (const toml::table* table : subtables(scene, "tube")) append(mesh, renumbered(read_tube(*table)));
+  for (const toml::table* table : subtables(scene, "mesh")) append(mesh, renumbered(read_file(*table, path)));
   if (mesh.triangles.empty()) refuse(scene.source(), "expected at least one of sheet, tube and mesh");
   require_size(static_cast<double>(mesh.triangles.size()), scene);
-  return renumbered(mesh);
+  return mesh;
 }
 
 // --- What it is made of, and contact
@@ -212,6 +215,12 @@ std::vector<Hold> read_holds(const toml::table& scene, const Mesh& mesh) {
 
 // --- What is refused
 
+std::string name_of(const Topology& topology, std::size_t triangle) {
+  const auto [a, b, c] = topology.corners(triangle);
+  return std::to_string(triangle + 1) + " of vertices " + std::to_string(a + 1) + ", " + std::to_string(b + 1) + ", " +
+         std::to_string(c + 1);
+}
+
 // Triangles have an area, and edges are longer than the cloth is thick: else neighbours would repel each other at rest.
 void require_shape(const Topology& topology, const Vectors<double>& rest, const Contact& contact,
                    const std::string& where) {
@@ -221,14 +230,24 @@ void require_shape(const Topology& topology, const Vectors<double>& rest, const 
     const Vector3<double> normal = cross(u, v);
     const double longest = std::max({dot(u, u), dot(v, v), dot(w, w)}),
                  shortest = std::min({dot(u, u), dot(v, v), dot(w, w)});
-    const std::string triangle = where + ": triangle " + std::to_string(t + 1) + " of vertices " +
-                                 std::to_string(a + 1) + ", " + std::to_string(b + 1) + ", " + std::to_string(c + 1);
+    const std::string triangle = where + ": triangle " + name_of(topology, t);
     if (!(dot(normal, normal) > 1e-8 * longest * longest))
       throw InputError(triangle + " is degenerate: its height is below 1e-4 of its longest edge");
     if (!(std::sqrt(shortest) > contact.thickness))
       throw InputError(triangle + " has an edge of " + std::to_string(std::sqrt(shortest)) +
                        " m, expected longer than the thickness of " + std::to_string(contact.thickness) + " m");
   }
+}
+
+// What has passed through itself at the start cannot be told apart from what is to be kept from it.
+void require_no_intersection(const Topology& topology, const Vectors<double>& rest, const std::string& where) {
+  const auto found = first_intersection(topology, convert<float>(rest));
+  if (!found) return;
+  const Vector3<double> at = load(rest, topology.corners((*found)[0])[0]);
+  char place[80];
+  std::snprintf(place, sizeof place, ", near (%.6g, %.6g, %.6g) m", at.x, at.y, at.z);
+  throw InputError(where + ": triangle " + name_of(topology, (*found)[0]) + " and triangle " +
+                   name_of(topology, (*found)[1]) + " intersect or touch" + place);
 }
 
 }  // namespace
@@ -257,6 +276,7 @@ Scene load_scene(const std::string& path) {
   for (std::size_t i = 0; i < mesh.points.size(); ++i)
     store(made.rest, i, convert<double>(convert<float>(mesh.points[i])));
   require_shape(made.topology, made.rest, made.contact, path);
+  require_no_intersection(made.topology, made.rest, path);
   return made;
 }
 
