@@ -1,0 +1,151 @@
+// Contacts answered batch after batch, or all at once: the loops that repulsions and impulses share.
+//
+// Batches. Contacts of a batch share no vertex that moves: sixteen at once, shared out to threads. The last batches hold
+// a few contacts each; one thread takes several of them in a row, which needs no barrier between them.
+//
+// All at once. Contacts write impulses, and each vertex adds up its own, from a list of where it stands in contacts: no
+// two threads write to one place, and sums are in the order of contacts.
+//
+// Serial twin: serial/production_cloth/respond_in_order.h.
+#pragma once
+
+#include <algorithm>
+
+#include "common/production_cloth/contact_batches.h"
+#include "openmp/counting_sort.h"
+#include "openmp/production_cloth/contact_lanes.h"
+
+namespace lockstep::production_cloth::openmp {
+
+using lockstep::openmp::CountingSort, lockstep::openmp::my_share, lockstep::openmp::Share;
+
+// Batches begin .. end - 1 between two barriers: one, or several small ones.
+struct Stage {
+  int begin, end;
+  bool small;
+};
+
+constexpr int small_batch = 64;  // contacts: less work than what a barrier costs
+
+inline std::vector<Stage> stages_of(const Batches& batches) {
+  std::vector<Stage> stages;
+  for (int batch = 0; batch < batches.count(); ++batch) {
+    const bool small = batches.begin[batch + 1] - batches.begin[batch] < small_batch;
+    if (small && !stages.empty() && stages.back().small)
+      stages.back().end = batch + 1;
+    else
+      stages.push_back({batch, batch + 1, small});
+  }
+  return stages;
+}
+
+// Contacts order[k] .. order[k + 15] of one batch, which has `left` from k on. Lanes beyond repeat the first.
+template <class GainOf>
+LOCKSTEP_INLINE void respond_to(const Contacts<float>& contacts, const std::int32_t* order, int k, int left,
+                                const GainOf& gain_of, float friction, Quad* records) {
+  const maskv inside = first_lanes(left);
+  const auto [c, corner] =
+      load_contacts(contacts, places_of(select(inside, load(order + k, inside), order[k])), records);
+  const Vector3<floatv> impulse = respond<floatv>(c, gain_of, friction).impulse;
+  for (int i = 0; i < 4; ++i) {
+    const Vector3<floatv> v = c.velocity[i] + (c.weight[i] * c.inverse_mass[i]) * impulse;
+    store_quads(records, corner[i], {{v.x, v.y, v.z, c.inverse_mass[i]}}, inside & (c.inverse_mass[i] > 0.f));
+  }
+}
+
+template <class GainOf>
+void respond_in_batches(const Contacts<float>& contacts, const GainOf& gain_of, float friction,
+                        const Array<float>& inverse_mass, Vectors<float>& velocity) {
+  if (contacts.count == 0) return;
+  const Batches batches = make_contact_batches(contacts, inverse_mass);
+  const std::vector<Stage> stages = stages_of(batches);
+  const auto memory = std::make_unique_for_overwrite<Quad[]>(inverse_mass.size());
+  Quad* const records = memory.get();
+  const std::int32_t* const order = batches.order.data();
+#pragma omp parallel
+  {
+    make_records(velocity, inverse_mass, records);
+    for (const Stage& stage : stages) {
+      const int begin = batches.begin[stage.begin], end = batches.begin[stage.end];
+      if (stage.small) {
+        // One thread takes them in order; the barrier at the end shows the others what it wrote.
+#pragma omp single
+        for (int batch = stage.begin; batch < stage.end; ++batch)
+          for (int k = batches.begin[batch]; k < batches.begin[batch + 1]; k += lanes)
+            respond_to(contacts, order, k, batches.begin[batch + 1] - k, gain_of, friction, records);
+      } else {
+        // Contacts of a batch share no vertex that moves, and others are not written. The barrier ends the batch.
+#pragma omp for schedule(static)
+        for (int k = begin; k < end; k += lanes) respond_to(contacts, order, k, end - k, gain_of, friction, records);
+      }
+    }
+    read_records(records, velocity);
+  }
+}
+
+// Where vertices stand in contacts: vertex v is corner slot[k], for k from begin[v] to begin[v + 1] - 1.
+struct Slots {
+  std::unique_ptr<std::int32_t[]> begin, slot;
+};
+
+// What the impulses of a vertex sum up to, in the order of contacts.
+LOCKSTEP_INLINE Vector3<float> sum_at(int v, const Slots& slots, const Contacts<float>& contacts,
+                                      const Quad* response) {
+  float sum[4] = {0, 0, 0, 0};
+  for (int k = slots.begin[v]; k < slots.begin[v + 1]; ++k) {
+    const std::int32_t s = slots.slot[k];
+    for (int c = 0; c < 4; ++c) sum[c] += contacts.weight[s] * response[s / 4].field[c];
+  }
+  return {sum[0], sum[1], sum[2]};
+}
+
+template <class GainOf>
+void respond_at_once(const Contacts<float>& contacts, const GainOf& gain_of, float friction,
+                     const Array<float>& inverse_mass, Vectors<float>& velocity) {
+  const int count = static_cast<int>(contacts.count), vertices = static_cast<int>(inverse_mass.size());
+  const auto response_memory = std::make_unique_for_overwrite<Quad[]>(padded(count));  // impulse and gain
+  const auto memory = std::make_unique_for_overwrite<Quad[]>(inverse_mass.size());
+  Quad *const response = response_memory.get(), *const records = memory.get();
+  const Slots slots = {std::make_unique_for_overwrite<std::int32_t[]>(vertices + 1),
+                       std::make_unique_for_overwrite<std::int32_t[]>(4 * contacts.count)};
+  CountingSort sort(vertices);
+#pragma omp parallel
+  {
+    const Share mine = my_share(4 * count);
+    const auto for_each_slot = [&](const auto& visit) {
+      for (int s = mine.begin; s < mine.end; ++s) visit(s, contacts.corner[s]);
+    };
+    sort(
+        for_each_slot, [&](int s, std::int32_t place) { slots.slot[place] = s; }, slots.begin.get());
+    make_records(velocity, inverse_mass, records);
+    // A contact writes its own response, from velocities that nobody changes.
+#pragma omp for schedule(static)
+    for (int k = 0; k < count; k += lanes) {
+      const intv place = min(intv(k) + lane_index(), intv(count - 1));
+      const auto [c, corner] = load_contacts(contacts, places_of(place), records);
+      const Response<floatv> r = respond<floatv>(c, gain_of, friction);
+      store_quads(response, places_from(k), {{r.impulse.x, r.impulse.y, r.impulse.z, r.gain}}, lanes_of(0xffff));
+    }
+    // A vertex writes its own change; it reads responses, which are all there.
+#pragma omp for schedule(static)
+    for (int v = 0; v < vertices; ++v) {
+      const Vector3<float> change = inverse_mass[v] * sum_at(v, slots, contacts, response);
+      records[v] = {{change.x, change.y, change.z, 0}};
+    }
+    // A contact writes its own response, from changes that are all there.
+#pragma omp for schedule(static)
+    for (int k = 0; k < count; k += lanes) {
+      const intv place = min(intv(k) + lane_index(), intv(count - 1));
+      const auto [c, corner] = load_contacts(contacts, places_of(place), records);
+      const auto [x, y, z, gain] = load_quads(response, places_from(k)).field;
+      const floatv kept = share_kept(gain, dot(c.normal, weighted(c.weight, c.velocity)));
+      store_quads(response, places_from(k), {{kept * x, kept * y, kept * z, gain}}, lanes_of(0xffff));
+    }
+    // A vertex writes its own velocity; it reads responses, which are all there.
+#pragma omp for schedule(static)
+    for (int v = 0; v < vertices; ++v)
+      store(velocity, v, load(velocity, v) + inverse_mass[v] * sum_at(v, slots, contacts, response));
+  }
+}
+
+}  // namespace lockstep::production_cloth::openmp
