@@ -150,6 +150,19 @@ std::shared_ptr<const ContactInputs> contact_inputs(const std::string& path) {
   });
 }
 
+double approach_of(const Contacts<float>& contacts, const Vectors<float>& velocity) {
+  double sum = 0;
+  for (std::size_t k = 0; k < contacts.count; ++k) {
+    Vector3<float> relative = {0, 0, 0};
+    for (std::size_t i = 0; i < 4; ++i)
+      relative = relative + contacts.weight[4 * k + i] * load(velocity, contacts.corner[4 * k + i]);
+    const float* const n = &contacts.normal[4 * k];
+    const double speed = std::min(dot(relative, {n[0], n[1], n[2]}), 0.f);
+    sum += speed * speed;
+  }
+  return sum;
+}
+
 double lane_use_of_batches(const ContactInputs& in) {
   const Batches batches = make_contact_batches(in.nearby, in.inverse_mass);
   std::vector<int> lengths;

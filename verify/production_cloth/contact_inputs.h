@@ -27,6 +27,9 @@ namespace lockstep::verify::production_cloth_inputs {
 
 std::shared_ptr<const production_cloth::ContactInputs> contact_inputs(const std::string& path);
 
+// m^2/s^2: the sum over contacts of the square of the speed at which they approach.
+double approach_of(const production_cloth::Contacts<float>& contacts, const Vectors<float>& velocity);
+
 // The share of lanes that hold a contact, where they come in batches.
 double lane_use_of_batches(const production_cloth::ContactInputs& inputs);
 
