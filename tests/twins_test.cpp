@@ -52,6 +52,7 @@ const std::map<std::string, int> floors = {
     {"production_cloth/forces", 57},
     {"production_cloth/impulses", 68},
     {"production_cloth/repulsions", 71},
+    {"production_cloth/zones", 99},
     {"production_face/update_state", 82},
     {"production_face/assemble", 63},
     {"production_face/forces", 88},

@@ -39,7 +39,8 @@ inline std::vector<Stage> stages_of(const Batches& batches) {
   return stages;
 }
 
-// Contacts order[k] .. order[k + 15] of one batch, which has `left` from k on. Lanes beyond repeat the first.
+// Contacts order[k] .. order[k + 15] of one batch, which has `left` from k on. Lanes beyond repeat the first, and write
+// what it writes.
 template <class GainOf>
 LOCKSTEP_INLINE void respond_to(const Contacts<float>& contacts, const std::int32_t* order, int k, int left,
                                 const GainOf& gain_of, float friction, Quad* records) {
@@ -49,7 +50,7 @@ LOCKSTEP_INLINE void respond_to(const Contacts<float>& contacts, const std::int3
   const Vector3<floatv> impulse = respond<floatv>(c, gain_of, friction).impulse;
   for (int i = 0; i < 4; ++i) {
     const Vector3<floatv> v = c.velocity[i] + (c.weight[i] * c.inverse_mass[i]) * impulse;
-    store_quads(records, corner[i], {{v.x, v.y, v.z, c.inverse_mass[i]}}, inside & (c.inverse_mass[i] > 0.f));
+    store_quads(records, corner[i], {{v.x, v.y, v.z, c.inverse_mass[i]}}, c.inverse_mass[i] > 0.f);
   }
 }
 

@@ -144,7 +144,10 @@ std::shared_ptr<const ContactInputs> contact_inputs(const std::string& path) {
     in.inverse_mass = inverse_masses(scene);
     fold(scene, in);
     in.pairs = pairs_of(scene.topology, in.position, thickness, size);
-    in.excluded = rest_neighbours(scene.topology, in.pairs, rest_positions(scene), static_cast<float>(1.5 * thickness));
+    for (std::size_t k = 3; k < in.pairs.point_triangle.size(); k += 7)
+      in.excluded.point_triangle.push_back(in.pairs.point_triangle[k]);
+    for (std::size_t k = 4; k < in.pairs.edge_edge.size(); k += 7)
+      in.excluded.edge_edge.push_back(in.pairs.edge_edge[k]);
     serial::near_contacts(scene.topology, in.pairs, in.excluded, in.position, static_cast<float>(thickness), in.nearby);
     return in;
   });

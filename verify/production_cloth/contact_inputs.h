@@ -15,7 +15,7 @@ struct ContactInputs {
   Array<float> inverse_mass;
   Vectors<float> position, velocity;
   ElementPairs pairs;      // whose boxes come within the thickness
-  ElementPairs excluded;   // neighbours at rest
+  ElementPairs excluded;   // every seventh
   Contacts<float> nearby;  // of the pairs
 };
 

@@ -1,0 +1,75 @@
+// Rigid zones, as the verifier and the benchmark see them: bitwise with the serial twin.
+#include "common/production_cloth/zones.h"
+
+#include "verify/production_cloth/contact_inputs.h"
+#include "verify/twin.h"
+
+namespace lockstep::production_cloth {
+
+// What zones change; and the impacts of two rounds, which they only read.
+struct Zoned {
+  Zones zones;
+  Vectors<float> position, velocity;
+};
+template <Same<Zoned> S, class F>
+void for_each_array(S& s, const F& f) {
+  for_each_array(s.zones, f);
+  f("position", s.position, s.position.x.size());
+  f("velocity", s.velocity, s.velocity.x.size());
+}
+
+}  // namespace lockstep::production_cloth
+
+namespace lockstep::verify {
+namespace {
+
+using namespace production_cloth;
+using namespace production_cloth_inputs;
+
+// Every contact from `first` on, at such distances that about a third of all vertices are in zones.
+Contacts<float> impacts_from(const ContactInputs& in, std::size_t first) {
+  const std::size_t every = 1 + 12 * in.nearby.count / in.scene->topology.vertices;
+  Contacts<float> impacts;
+  for (std::size_t k = first; k < in.nearby.count; k += every) {
+    const std::size_t to = 4 * impacts.count;
+    impacts.resize(impacts.count + 1);
+    std::copy_n(&in.nearby.corner[4 * k], 4, &impacts.corner[to]);
+    std::copy_n(&in.nearby.weight[4 * k], 4, &impacts.weight[to]);
+    std::copy_n(&in.nearby.normal[4 * k], 4, &impacts.normal[to]);
+  }
+  return impacts;
+}
+
+// A vertex of a zone is read twice, and takes about 80 operations.
+Case make(const std::string& path) {
+  const auto in = contact_inputs(path);
+  const auto first = std::make_shared<const Contacts<float>>(impacts_from(*in, 0)),
+             second = std::make_shared<const Contacts<float>>(impacts_from(*in, 1));
+  Zoned start = {.zones = {}, .position = in->position, .velocity = in->velocity};
+  const int vertices = in->scene->topology.vertices;
+  clear(vertices, start.zones);
+  for (int v = 0; v < vertices; ++v)
+    store(start.position, v, load(in->position, v) + in->time_step * load(in->velocity, v));
+  const auto run = [=](MoveZones<float>* move_zones) {
+    return [=](Zoned& s) {
+      for (const auto& impacts : {first, second})
+        move_zones(*impacts, in->inverse_mass, in->time_step, in->position, s.zones, s.position, s.velocity);
+    };
+  };
+  Zoned end = start;
+  run(serial::move_zones)(end);
+  const double n = static_cast<double>(end.zones.vertex.size());
+  return make_case<Zoned>({
+      .start = std::make_shared<const Zoned>(start),
+      .serial = run(serial::move_zones),
+      .best_serial = nullptr,
+      .openmp = run(openmp::move_zones),
+      .compare = nullptr,
+      .work = {n, "vertices", 2 * 4 * 20 * n, 2 * 80 * n},
+  });
+}
+
+const Register zones{{.name = "production_cloth/zones", .place = 8, .forms = {{.make = make, .scenes = all_scenes()}}}};
+
+}  // namespace
+}  // namespace lockstep::verify
