@@ -6,9 +6,9 @@
 #include <gtest/gtest.h>
 #include <omp.h>
 
-#include <eigen3/Eigen/Dense>
 #include <algorithm>
 #include <cstring>
+#include <eigen3/Eigen/Dense>
 
 #include "tests/production_cloths.h"
 

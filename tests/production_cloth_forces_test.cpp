@@ -224,8 +224,8 @@ TEST(ProductionClothForces, AreNotThereInRigidMotions) {
       const SmallCloth cloth = flat ? sheet_of(4, 3, material) : tube_of(9, 3, material);
       Vectors<double> x = cloth.rest;
       for (int i = 0; i < cloth.topology.vertices; ++i) store(x, i, turned(load(cloth.rest, i)));
-      // Positions near 4 m round by 4 u of double; a strain of an edge of 2 cm is off by 8 u / .02 m times 50 N/m, and a
-      // hinge's angle by that times 1e-4 N.
+      // Positions near 4 m round by 4 u of double; a strain of an edge of 2 cm is off by 8 u / .02 m times 50 N/m, and
+      // a hinge's angle by that times 1e-4 N.
       EXPECT_LE(largest(forces_of(cloth, x), cloth.topology.vertices), 12 * 64 * 0x1p-53 / .02 * 50 * .02 * 4);
     }
 }

@@ -29,7 +29,7 @@ struct Material {
   double poisson = .3;          // of the membrane, -1 < nu < .5
   double stretch_damping = .1;  // springs: share of critical damping; membranes: s, of stiffness
   Bend bend = Bend::quadratic;
-  double bending = 1e-5;     // N m: the plate constant D; hinges: k of Bridson's force, N
+  double bending = 1e-5;     // N m: the plate constant D; hinges: k of Bridson's force, N m
   double bend_damping = .1;  // hinges: share of critical damping; quadratic: s, of stiffness
 };
 

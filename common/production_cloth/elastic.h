@@ -1,8 +1,8 @@
 // What resists the deformation of a cloth: links between two vertices, membranes, hinges.
 //
-// A link pulls two vertices along the line between them. The first links are the mesh's edges, in its order; behind them
-// stand the far vertices of hinges, in the order of (from, to). An edge is a spring, or has a share of the quadratic
-// bending, or both; the others have bending alone. Quadratic bending is a force that is linear in positions,
+// A link pulls two vertices along the line between them. The first links are the mesh's edges, in its order; behind
+// them stand the far vertices of hinges, in the order of (from, to). An edge is a spring, or has a share of the
+// quadratic bending, or both; the others have bending alone. Quadratic bending is a force that is linear in positions,
 //
 //   f_i = -sum over j of Q_ij x_j = sum over j of w_ij (x_j - x_i),   w_ij = -Q_ij,
 //

@@ -1,7 +1,7 @@
 // The forces of links, membranes and hinges, elastic and of damping. Of a number or of lanes.
 //
-// Damping is linear in velocities, f = -D v, D symmetric and positive semidefinite, and 0 where velocities are those of a
-// rigid motion.
+// Damping is linear in velocities, f = -D v, D symmetric and positive semidefinite, and 0 where velocities are those of
+// a rigid motion.
 #pragma once
 
 #include "common/math.h"
@@ -68,8 +68,8 @@ inline Columns<T> stvk_stress(const T& lambda, const T& mu, const Columns<T>& f)
 }
 
 // P = 2 mu (F - R) + lambda (tr U - 2) R, F = R U. The root of the 2x2 F^T F is (F^T F + s I) / t, with s = det U = the
-// length of the columns' cross product and t = tr U; and R = F (F^T F + s I)^-1 t = F (tr(U) I - U) / s. Where s is less
-// than a millionth of |F|^2, which is a membrane without area, R counts as 0: there is no rotation.
+// length of the columns' cross product and t = tr U; and R = F (F^T F + s I)^-1 t = F (tr(U) I - U) / s. Where s is
+// less than a millionth of |F|^2, which is a membrane without area, R counts as 0: there is no rotation.
 template <class T>
 inline Columns<T> corotated_stress(const T& lambda, const T& mu, const Columns<T>& f) {
   const T xx = dot(f.x, f.x), yy = dot(f.y, f.y), xy = dot(f.x, f.y);

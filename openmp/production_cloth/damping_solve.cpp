@@ -1,9 +1,9 @@
 // The damping of a cloth, implicit, by conjugate gradients.
 //
-// The algorithm stands in serial/production_cloth/damping_solve.cpp. In a product, as in `forces`, a vertex goes through
-// its links itself, and adds up the parts that membranes and hinges have stored, in the order of the elements: the
-// serial bits. Sixteen vertices at once; blocks of vertices, which sum their share of p . A p, are shared among threads.
-// The conjugate gradients' own dot products and updates are linear/'s.
+// The algorithm stands in serial/production_cloth/damping_solve.cpp. In a product, as in `forces`, a vertex goes
+// through its links itself, and adds up the parts that membranes and hinges have stored, in the order of the elements:
+// the serial bits. Sixteen vertices at once; blocks of vertices, which sum their share of p . A p, are shared among
+// threads. The conjugate gradients' own dot products and updates are linear/'s.
 //
 // The contract stands in common/production_cloth/damping_solve.h.
 #include "common/production_cloth/damping_solve.h"

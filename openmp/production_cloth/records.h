@@ -1,5 +1,5 @@
-// Vectors of vertices as records of four numbers, x, y, z and 0, which lanes load whole; and what elements give to their
-// corners, stored in such records, which vertices then add up.
+// Vectors of vertices as records of four numbers, x, y, z and 0, which lanes load whole; and what elements give to
+// their corners, stored in such records, which vertices then add up.
 #pragma once
 
 #include "common/production_cloth/elastic.h"
