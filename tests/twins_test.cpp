@@ -47,6 +47,7 @@ const std::map<std::string, int> floors = {
     {"production_cloth/bvh", 88},
     {"production_cloth/ccd", 65},
     {"production_cloth/collide_bodies", 95},
+    {"production_cloth/step", 93},
     {"production_cloth/pairs", 75},
     {"production_cloth/damping_solve", 62},
     {"production_cloth/forces", 57},

@@ -23,7 +23,8 @@ namespace fs = std::filesystem;
 
 // What any simulation writes, or left half written. The first group holds the number of a frame.
 const std::regex written(
-    "(?:(?:frame|bodies|particles|spray)_([0-9]{5,9})\\.vt[ki]|(?:frame|bodies|particles|spray)\\.vt[ki]\\.series|"
+    "(?:(?:frame|bodies|particles|spray|obstacles)_([0-9]{5,9})\\.vt[ki]|"
+    "(?:frame|bodies|particles|spray|obstacles)\\.vt[ki]\\.series|"
     "(?:static|ground|obstacles|box)\\.vt[ki]|state\\.lockstep)(?:\\.tmp~)?");
 
 struct Found {

@@ -56,24 +56,29 @@ void write_vtk(const std::string& path, const Cloth<float>& cloth) {
 }
 
 void write_obstacles(const std::string& path, const Cloth<float>& cloth) {
-  constexpr int sides = 32;
   constexpr float infinity = std::numeric_limits<float>::infinity();
-  Surfaces surfaces;
-  for (const Capsule<float>& capsule : cloth.bodies.capsules) {
-    const Vector3<float> segment = capsule.to - capsule.from;
-    const float length = std::sqrt(dot(segment, segment));
-    const Vector3<float> along = length > 0 ? (1 / length) * segment : Vector3<float>{0, 1, 0};
-    add_capsule(surfaces, axes_along(along, .5f * (capsule.from + capsule.to)), .5f * length, capsule.radius, sides);
-  }
-  for (const Box<float>& box : cloth.bodies.boxes)
-    add_box(surfaces, {box.centre, box.axis[0], box.axis[1], box.axis[2]}, box.half);
   Vector3<float> low{infinity, infinity, infinity}, high = -low;
   for (const int i : particles_of(cloth)) {
     const Vector3<float> p = load(cloth.position, i);
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
-  for (const Plane<float>& plane : cloth.bodies.planes)
+  write_bodies(path, cloth.bodies, low, high);
+}
+
+void write_bodies(const std::string& path, const Bodies<float>& bodies, const Vector3<float>& low,
+                  const Vector3<float>& high) {
+  constexpr int sides = 32;
+  Surfaces surfaces;
+  for (const Capsule<float>& capsule : bodies.capsules) {
+    const Vector3<float> segment = capsule.to - capsule.from;
+    const float length = std::sqrt(dot(segment, segment));
+    const Vector3<float> along = length > 0 ? (1 / length) * segment : Vector3<float>{0, 1, 0};
+    add_capsule(surfaces, axes_along(along, .5f * (capsule.from + capsule.to)), .5f * length, capsule.radius, sides);
+  }
+  for (const Box<float>& box : bodies.boxes)
+    add_box(surfaces, {box.centre, box.axis[0], box.axis[1], box.axis[2]}, box.half);
+  for (const Plane<float>& plane : bodies.planes)
     add_plane(surfaces, plane.normal, plane.offset * plane.normal, low, high);
   vtk::write(path, {.title = "Lockstep obstacles of a cloth",
                     .points = static_cast<std::int64_t>(surfaces.points.size()),

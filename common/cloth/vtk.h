@@ -16,4 +16,8 @@ void write_vtk(const std::string& path, const Cloth<float>& cloth);
 // of such a file. Spheres and capsules have 32 sides; planes are squares that reach beyond the cloth as it is.
 void write_obstacles(const std::string& path, const Cloth<float>& cloth);
 
+// The same of any bodies; planes reach beyond the box from low to high.
+void write_bodies(const std::string& path, const Bodies<float>& bodies, const Vector3<float>& low,
+                  const Vector3<float>& high);
+
 }  // namespace lockstep::cloth

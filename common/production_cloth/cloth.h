@@ -24,12 +24,12 @@ enum class Bend { none, hinges, quadratic };      // Bridson 2003; isometric qua
 struct Material {
   double density = .2;  // kg/m^2
   Stretch stretch = Stretch::springs;
-  double stiffness = 100;       // springs: N, the force of a spring stretched to twice its length
+  double stiffness = 1;         // springs: N, the force of a spring stretched to twice its length
   double membrane = 100;        // stvk, corotated: N/m, Young's modulus times the thickness of the cloth
   double poisson = .3;          // of the membrane, -1 < nu < .5
   double stretch_damping = .1;  // springs: share of critical damping; membranes: s, of stiffness
   Bend bend = Bend::quadratic;
-  double bending = 1e-5;     // N m: the plate constant D; hinges: k of Bridson's force, N m
+  double bending = 1e-5;     // N m: the plate constant D; hinges: k of Bridson's force, N
   double bend_damping = .1;  // hinges: share of critical damping; quadratic: s, of stiffness
 };
 

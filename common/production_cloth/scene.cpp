@@ -268,7 +268,7 @@ Scene load_scene(const std::string& path) {
              .bodies = read_bodies(scene),
              .gravity = vector_between(scene, "gravity", -1e6, 1e6, "m/s^2").value_or(Vector3<double>{0, -9.81, 0}),
              .frame_time = number_between(scene, "frame_time", 1e-6, 1, "s").value_or(1. / 60),
-             .substeps = whole_int(scene, "substeps", 1, 1'000'000).value_or(4),
+             .substeps = whole_int(scene, "substeps", 1, 1'000'000).value_or(20),
              .tolerance = number_between(scene, "tolerance", 1e-6, 1, "").value_or(1e-2),
              .iterations = whole_int(scene, "iterations", 1, 1'000'000).value_or(200),
              .frames = whole_int(scene, "frames", 1).value_or(120)};

@@ -1,0 +1,42 @@
+#include "common/production_cloth/vtk.h"
+
+#include "common/cloth/vtk.h"
+#include "common/spatial/bounds.h"
+#include "common/vtk.h"
+
+namespace lockstep::production_cloth {
+
+void write_vtk(const std::string& path, const Topology& topology, const Motion<float>& motion) {
+  const auto add_all = [&](const Vectors<float>& vectors) {
+    return [&](vtk::Words& words) {
+      for (int i = 0; i < topology.vertices; ++i) words.add(load(vectors, i));
+    };
+  };
+  const auto count = static_cast<std::int64_t>(topology.triangles.size());
+  vtk::write(path, {.title = "Lockstep production cloth",
+                    .points = topology.vertices,
+                    .positions = add_all(motion.position),
+                    .polygons = {count, 3 * count,
+                                 [&](vtk::Words& words) {
+                                   for (const auto& [a, b, c] : topology.triangles)
+                                     for (const std::int32_t word : {3, a, b, c}) words.add(word);
+                                 }},
+                    .point_data = {{"velocity", vtk::Type::vectors, add_all(motion.velocity)}}});
+}
+
+void write_obstacles(const std::string& path, const std::vector<Body>& bodies, double time,
+                     const Vectors<float>& position, int vertices) {
+  const MovedBodies<float> moved = move_bodies(bodies, time, time, 0);
+  cloth::Bodies<float> shapes;
+  for (const auto& body : moved.planes) shapes.planes.push_back(body.shape);
+  for (const auto& body : moved.capsules) shapes.capsules.push_back(body.shape);
+  for (const auto& body : moved.boxes) shapes.boxes.push_back(body.shape);
+  spatial::Box<float> extent = spatial::empty_box<float>;
+  for (int i = 0; i < vertices; ++i) {
+    const Vector3<float> p = load(position, i);
+    extent = spatial::around(extent, {p, p});
+  }
+  cloth::write_bodies(path, shapes, extent.low, extent.high);
+}
+
+}  // namespace lockstep::production_cloth
