@@ -89,8 +89,8 @@ Vector3<double> apart_at(const CcdPair& pair, double time, const Weights& weight
 
 // Whether the elements may come nearer than `near` (in each component) from time 0 to `until`: an oracle without roots.
 // Points of the elements have two parameters; their difference is linear in time and in either. Over a box of the three
-// its components lie between those at the box's corners. Boxes that leave out 0 are dropped, others halved along the side
-// that matters most.
+// its components lie between those at the box's corners. Boxes that leave out 0 are dropped, others halved along the
+// side that matters most.
 class CcdOracle {
  public:
   CcdOracle(const CcdPair& pair, double near) : pair_(pair), near_(near) {}

@@ -69,8 +69,8 @@ TEST(ProductionClothCcdProperties, WhatIsMadeToMeetIsFound) {
 }
 
 // Weights of each element sum to 1, so all to 0; points meet; the normal has length 1, and the elements approach. The
-// bounds: in double, the tolerance of 2^-26 of an extent below 8; in float, weights and the time are rounded besides, by
-// 2^-25 at most, which moves points by no more than the extent and the speed (below 14).
+// bounds: in double, the tolerance of 2^-26 of an extent below 8; in float, weights and the time are rounded besides,
+// by 2^-25 at most, which moves points by no more than the extent and the speed (below 14).
 template <class Real>
 void expect_impacts_are_impacts(const std::vector<CcdPair>& pairs, double rounding) {
   const Contacts<Real> impacts = serial_impacts(make_ccd_world<Real>(pairs));

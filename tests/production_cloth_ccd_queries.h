@@ -1,7 +1,7 @@
 // Queries of continuous collision detection with exact verdicts, in the format of the public sets
 // Continuous-Collision-Detection/Sample-Queries and Sample-Scalable-CCD-Data: eight lines a query, of seven columns: x,
-// y, z each as numerator and denominator, and whether the pair meets. Lines of a point and a triangle: the point and the
-// corners at the start, the same at the end; of two edges: a0, a1, b0, b1 at the start, the same at the end.
+// y, z each as numerator and denominator, and whether the pair meets. Lines of a point and a triangle: the point and
+// the corners at the start, the same at the end; of two edges: a0, a1, b0, b1 at the start, the same at the end.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // Continuous collision detection against exact verdicts of public sets of queries. A few of the sets stand in
-// tests/data/production_cloth_ccd; whole sets are read from the folder that the variable CCD_DATA names, if it is there.
+// tests/data/production_cloth_ccd; whole sets are read from the folder that the variable CCD_DATA names, if it is
+// there.
 #include <algorithm>
 #include <cstdio>
 #include <map>

@@ -13,9 +13,9 @@
 // those cannot be told apart either, it is against the relative velocity.
 //
 // Source: Provot, Collision and self-collision handling in cloth model dedicated to design garments, 1997; Bridson,
-//         Fedkiw and Anderson 2002, section 6; Bernstein's coefficients as a test: Tang, Tong, Wang and Manocha, Fast and
-//         exact continuous collision detection with Bernstein sign classification, SIGGRAPH Asia 2014; pairs in doubt:
-//         Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996 (conservative advancement).
+//         Fedkiw and Anderson 2002, section 6; Bernstein's coefficients as a test: Tang, Tong, Wang and Manocha, Fast
+//         and exact continuous collision detection with Bernstein sign classification, SIGGRAPH Asia 2014; pairs in
+//         doubt: Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996 (conservative advancement).
 #pragma once
 
 #include <cstdint>

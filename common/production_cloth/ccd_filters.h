@@ -1,8 +1,8 @@
 // Tests that tell of most pairs that they do not meet within a step, for a number or for lanes. They never dismiss a
 // pair that meets: comparisons are exact, and sums must exceed a bound of their rounding.
 //
-// Relative positions of two vertices are linear in time. So what is positive at the start and at the end is positive all
-// the time, if it is linear in them; that of three such factors is a cubic.
+// Relative positions of two vertices are linear in time. So what is positive at the start and at the end is positive
+// all the time, if it is linear in them; that of three such factors is a cubic.
 //
 // Rounding. u is half the distance of 1 to the next number. A difference of coordinates rounds once: its relative error
 // is u at most. Then a sum of products in which no term goes through more than k roundings is wrong by at most
@@ -111,10 +111,10 @@ inline Cubic<V> cubic_of(const Spans<V>& s) {
           dot(s.start[0], n_end) + dot(s.end[0], n_mixed), dot(s.end[0], n_end), dot(a, n_most)};
 }
 
-// A term of b0 is rounded in three spans, two products and the sums of the cross product (1) and of the dot product (2):
-// (5 + 3 k) u, where k is the roundings of a span. One of 3 b1 also in n_mixed and in the last sum, and there are three
-// determinants: 3 (7 + 3 k) u. The size that is computed is too small by 8 u of itself at the most, and one rounding
-// more comes with the factor: less than u of the size.
+// A term of b0 is rounded in three spans, two products and the sums of the cross product (1) and of the dot product
+// (2): (5 + 3 k) u, where k is the roundings of a span. One of 3 b1 also in n_mixed and in the last sum, and there are
+// three determinants: 3 (7 + 3 k) u. The size that is computed is too small by 8 u of itself at the most, and one
+// rounding more comes with the factor: less than u of the size.
 template <class V>
 inline V rounding_of_end(const Cubic<V>& cubic, int span_roundings = 1) {
   return static_cast<float>(6 + 3 * span_roundings) * unit<V> * cubic.size + least<V>;

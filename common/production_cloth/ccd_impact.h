@@ -1,20 +1,20 @@
 // When, where and along which normal a pair meets that the tests of ccd_filters.h did not dismiss. In double, for one
 // pair; differences of floats are exact there, unless one is 2^29 times the other.
 //
-// The vertices of a pair that meets are in one plane: the cubic f of Cubic is 0. It is looked at where it may be: at its
-// roots; at its extremes and at both ends, if it is 0 there within rounding. At each of these times, in order, the
+// The vertices of a pair that meets are in one plane: the cubic f of Cubic is 0. It is looked at where it may be: at
+// its roots; at its extremes and at both ends, if it is 0 there within rounding. At each of these times, in order, the
 // distance of the elements decides. It is a better question than whether the weights are inside: it has an answer for
 // parallel edges and needles, and its tolerance is a length.
 //
 // No time is missed. Let E be the rounding of f, and M the greatest magnitude of f's coefficients in Bernstein's basis.
 // Their greatest is at most 5 times the greatest of f itself (equal for Chebyshev's polynomial). By Remez' inequality,
 // |f| <= E holds in [0, 1] at times of total measure d, with max |f| <= E T_3(2/d - 1) <= 32 E / d^3; so
-// d <= (160 E / M)^(1/3). Each interval of such times contains a root, an extreme, or an end of [0, 1] - else f would be
-// monotone with one sign, and not E at both ends of the interval. So a pair that meets is looked at within d of when it
-// does. There, its distance is at most d times the greatest relative speed. If it is less than that, but not within the
-// tolerance, the pair is in doubt: then time is searched from d before to d after by conservative advancement, which no
-// pair escapes. That is rare, but for pairs that move in their common plane: M is 0 but for rounding there, and d is the
-// whole step. E is taken 16 times as large, for the extremes' rounding.
+// d <= (160 E / M)^(1/3). Each interval of such times contains a root, an extreme, or an end of [0, 1] - else f would
+// be monotone with one sign, and not E at both ends of the interval. So a pair that meets is looked at within d of when
+// it does. There, its distance is at most d times the greatest relative speed. If it is less than that, but not within
+// the tolerance, the pair is in doubt: then time is searched from d before to d after by conservative advancement,
+// which no pair escapes. That is rare, but for pairs that move in their common plane: M is 0 but for rounding there,
+// and d is the whole step. E is taken 16 times as large, for the extremes' rounding.
 #pragma once
 
 #include <cmath>
@@ -63,8 +63,8 @@ inline Nearest<double> nearest_at(const Pair& pair, double time) {
   return nearest<kind>(span);
 }
 
-// The first time from `from` to `to` at which the pair touches, or a negative number. Elements that are `distance` apart
-// do not touch for distance / speed. Where that does not come to an end, the answer is yes.
+// The first time from `from` to `to` at which the pair touches, or a negative number. Elements that are `distance`
+// apart do not touch for distance / speed. Where that does not come to an end, the answer is yes.
 template <Kind kind>
 inline double advance(const Pair& pair, double from, double to) {
   constexpr int most_rounds = 64;

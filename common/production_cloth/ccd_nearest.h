@@ -21,9 +21,9 @@ inline V share_of(V a, V b) {
   return select(b > V(0.f), min(max(a / b, V(0.f)), V(1.f)), V(0.f));
 }
 
-// Edges from the origin to a, and from b to c. For the point s a of the first line, t is nearest on the second edge; for
-// that, s is nearest on the first. If s was right to begin with, it stays. It is, or makes no difference, unless t had to
-// be brought to an end of its edge; then s is right afterwards.
+// Edges from the origin to a, and from b to c. For the point s a of the first line, t is nearest on the second edge;
+// for that, s is nearest on the first. If s was right to begin with, it stays. It is, or makes no difference, unless t
+// had to be brought to an end of its edge; then s is right afterwards.
 template <class V>
 inline Nearest<V> nearest_of_edges(const Vector3<V>& a, const Vector3<V>& b, const Vector3<V>& c) {
   const Vector3<V> e = c - b;

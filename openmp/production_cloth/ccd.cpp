@@ -4,8 +4,8 @@
 // chunks of pairs. What the cheap tests leave of a chunk is packed, so that the dearer ones have full vectors, too. The
 // few pairs that are left after all tests are searched for their impact one by one: they part ways at once.
 //
-// Each thread keeps what it finds; the impacts of a chunk stand together and in order. They move to their places when it
-// is known how many the chunks before have. So the result does not depend on who did what.
+// Each thread keeps what it finds; the impacts of a chunk stand together and in order. They move to their places when
+// it is known how many the chunks before have. So the result does not depend on who did what.
 //
 // The contract stands in common/production_cloth/ccd.h, the tests in ccd_filters.h, the search in ccd_impact.h.
 #include "common/production_cloth/ccd.h"

@@ -1,7 +1,7 @@
 // Continuous collision detection, as the verifier and the benchmark see it: bitwise with the serial twin.
 //
-// A scene's cloth is crumpled, and then crumpled in another way: many layers pass through each other. The candidates are
-// the pairs whose boxes over the step, with a margin of the thickness, overlap.
+// A scene's cloth is crumpled, and then crumpled in another way: many layers pass through each other. The candidates
+// are the pairs whose boxes over the step, with a margin of the thickness, overlap.
 #include "common/production_cloth/ccd.h"
 
 #include <algorithm>
