@@ -39,11 +39,36 @@ inline std::vector<Stage> stages_of(const Batches& batches) {
   return stages;
 }
 
+constexpr int few = 4;  // contacts: sixteen lanes take as long as these one by one
+
+// One contact.
+template <class GainOf>
+void respond_to_one(const Contacts<float>& contacts, std::size_t k, const GainOf& gain_of, float friction,
+                    Quad* records) {
+  Touching<float> c;
+  const std::int32_t* const corner = &contacts.corner[4 * k];
+  for (int i = 0; i < 4; ++i) {
+    const auto& [x, y, z, inverse_mass] = records[corner[i]].field;
+    c.weight[i] = contacts.weight[4 * k + i], c.velocity[i] = {x, y, z}, c.inverse_mass[i] = inverse_mass;
+  }
+  const float* const normal = &contacts.normal[4 * k];
+  c.normal = {normal[0], normal[1], normal[2]}, c.distance = normal[3];
+  const Vector3<float> impulse = respond(c, gain_of, friction).impulse;
+  for (int i = 0; i < 4; ++i) {
+    const Vector3<float> v = c.velocity[i] + (c.weight[i] * c.inverse_mass[i]) * impulse;
+    if (c.inverse_mass[i] > 0) records[corner[i]] = {{v.x, v.y, v.z, c.inverse_mass[i]}};
+  }
+}
+
 // Contacts order[k] .. order[k + 15] of one batch, which has `left` from k on. Lanes beyond repeat the first, and write
 // what it writes.
 template <class GainOf>
 LOCKSTEP_INLINE void respond_to(const Contacts<float>& contacts, const std::int32_t* order, int k, int left,
                                 const GainOf& gain_of, float friction, Quad* records) {
+  if (left <= few) {
+    for (int l = 0; l < left; ++l) respond_to_one(contacts, order[k + l], gain_of, friction, records);
+    return;
+  }
   const maskv inside = first_lanes(left);
   const auto [c, corner] =
       load_contacts(contacts, places_of(select(inside, load(order + k, inside), order[k])), records);

@@ -34,7 +34,7 @@ double longest_edge(const Topology& topology, const Vectors<double>& rest) {
 
 void fold(const Scene& scene, ContactInputs& in) {
   constexpr int layers = 4;
-  const double thickness = scene.contact.thickness, pinched = 3 * longest_edge(scene.topology, scene.rest);
+  const double thickness = scene.contact.thickness, edge = longest_edge(scene.topology, scene.rest), pinched = 3 * edge;
   const int n = scene.topology.vertices;
   const auto [least, greatest] = std::minmax_element(scene.rest.x.begin(), scene.rest.x.begin() + n);
   const double length = (*greatest - *least) / layers;
@@ -47,6 +47,7 @@ void fold(const Scene& scene, ContactInputs& in) {
     const int layer = std::clamp(static_cast<int>((rest.x - *least) / length), 0, layers - 1);
     const double along = rest.x - *least - layer * length;
     Vector3<double> p = {*least + (layer % 2 ? length - along : along), rest.y + .6 * thickness * layer, rest.z};
+    p = p + layer * edge * Vector3<double>{.37, 0, .21};  // so that layers' vertices do not face each other
     const double radius = std::hypot(p.x - centre.x, p.z - centre.z) / pinched;
     if (radius < 1) {
       const double drawn = .1 + .9 * radius * radius;
