@@ -2,6 +2,7 @@
 //
 //   plain          M = 1
 //   block_jacobi   M^-1 is the inverse of each 3x3 block on the diagonal of K
+//   multigrid      the same, and corrections on coarse levels of the face (multigrid.h)
 //
 // The loop is linear/'s (common/linear/conjugate_gradients.h). It works in Real; x is a sum in double, from which the
 // loop refreshes its residual. Dot products are summed as common/linear/dot.h says, so a solve has the same bits at
@@ -23,19 +24,27 @@
 #include "common/linear/matrix.h"
 #include "common/linear/sliced.h"
 #include "common/math.h"
+#include "common/production_face/multigrid.h"
 
 namespace lockstep::production_face {
 
 template <class Matrix, class Real>
 using Solve = linear::Solution(const Matrix& k, std::span<const Real> b, const linear::Stop& stop, std::span<Real> x);
 
+template <class Matrix, class Real>
+using SolveWithLevels = linear::Solution(const Coarsening<Real>& coarsening, const Matrix& k, std::span<const Real> b,
+                                         const linear::Stop& stop, std::span<Real> x, Multigrid<Real, Matrix>& memory);
+
 namespace serial {
 Solve<linear::BlockRows<float>, float> solve_plain, solve_block_jacobi;
+SolveWithLevels<linear::BlockRows<float>, float> solve_multigrid;
 Solve<linear::BlockRows<double>, double> solve_plain, solve_block_jacobi;
+SolveWithLevels<linear::BlockRows<double>, double> solve_multigrid;
 }  // namespace serial
 
 namespace openmp {
 Solve<linear::SlicedBlockRows, float> solve_plain, solve_block_jacobi;
+SolveWithLevels<linear::SlicedBlockRows, float> solve_multigrid;
 }  // namespace openmp
 
 // --- Formulas; of numbers or of lanes

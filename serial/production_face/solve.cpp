@@ -114,4 +114,15 @@ linear::Solution solve_block_jacobi(const BlockRows<Real>& k, std::span<const Re
   return solve(k, by_blocks, b, stop, x);
 }
 
+linear::Solution solve_multigrid(const Coarsening<Real>& coarsening, const BlockRows<Real>& k, std::span<const Real> b,
+                                 const linear::Stop& stop, std::span<Real> x, Multigrid<Real, BlockRows<Real>>& memory) {
+  const Preconditioner m = invert_diagonal(k);
+  set_coarse(coarsening, k, memory);
+  const Precondition with_corrections = [&](std::span<const Real> r, std::span<Real> z) {
+    apply(m, r, z);
+    correct(coarsening, r, z, memory);
+  };
+  return solve(k, with_corrections, b, stop, x);
+}
+
 }  // namespace lockstep::production_face::serial

@@ -42,7 +42,10 @@ production_face::Body<float> held_body(const production_face::Body<float>& body)
 
 // For the cache.
 double bytes_of(const Problem& p) {
-  return 4. * double(p.rows.begin.size() + p.rows.column.size() + p.rows.value.size() + p.b.size()) +
+  double shares = 0;
+  for (const production_face::CoarseLevel<float>& level : p.coarsening.level)
+    shares += double(level.i.size() + level.j.size() + level.share.size());
+  return 4. * (double(p.rows.begin.size() + p.rows.column.size() + p.rows.value.size() + p.b.size()) + shares) +
          linear::bytes_of(p.sliced);
 }
 
@@ -50,7 +53,11 @@ std::shared_ptr<const Problem> problem(const std::string& path) {
   return lockstep::verify::inputs<Problem>(path, [&] {
     const production_face::Body<float> body = held_body(inputs(path)->body);
     const production_face::Pattern pattern = production_face::make_pattern(body);
-    Problem p = {production_face::make_block_rows<float>(pattern), {}, Array<float>(3 * std::size_t(body.nodes)), 0};
+    Problem p = {production_face::make_block_rows<float>(pattern),
+                 {},
+                 Array<float>(3 * std::size_t(body.nodes)),
+                 0,
+                 production_face::make_coarsening(body, pattern)};
     production_face::serial::assemble(body, *strained(path), pattern, p.rows);
     p.sliced = linear::slice(p.rows);
     std::mt19937 random(3);  // whose numbers the standard fixes

@@ -6,6 +6,7 @@
 
 #include "common/linear/matrix.h"
 #include "common/linear/sliced.h"
+#include "common/production_face/coarsening.h"
 #include "common/production_face/scene.h"
 #include "common/production_face/waves.h"
 #include "verify/kernel.h"
@@ -24,6 +25,7 @@ struct Problem {
   linear::SlicedBlockRows sliced;
   Array<float> b;  // random numbers from -1 to 1
   int free_nodes = 0;
+  production_face::Coarsening<float> coarsening;  // of the body
 };
 std::shared_ptr<const Problem> problem(const std::string& path);
 
