@@ -1,23 +1,19 @@
-// What the form `multigrid` of the solve (solve.h) adds to the inverse of K's diagonal: corrections of a face's coarse
-// levels (coarsening.h).
+// Multigrid for K of a face, of whose cycle the form `multigrid` of the solve (solve.h) makes its preconditioner:
 //
-//   M^-1 = D^-1 + P C P^T,   C a cycle on the first level:
-//
-//   z = S r,   S = w times the inverse of the 6x6 blocks on the diagonal of A = P^T K P
-//   z += P C P^T (r - A z), of the next level
+//   z = S r,   S = w times the inverse of the blocks on the diagonal: 3x3 of K, 6x6 of a coarse matrix A = P^T K P
+//   z += P C P^T (r - A z),   C r the z of the next level (coarsening.h)
 //   z += S (r - A z)
 //
-// from the second level on all of this twice, going on from z; on the last level A^-1 r, by a factor of A in double. A
-// product with K, the costly one, is in none of it.
+// on coarse levels all of this twice, going on from z; on the last level A^-1 r, by a factor of A in double.
 //
 // A tetrahedron couples four nodes, and so at most four aggregates. So the eigenvalues of the diagonal's inverse times A
-// are at most 4 where K is semi-definite, and with w = 1/2 smoothing does not enlarge an error: C is symmetric and
-// semi-definite, and M definite.
+// are at most 4 where K is semi-definite, and with w = 1/2 smoothing enlarges no error: the cycle is symmetric, and
+// definite.
 //
 // A block on the diagonal that is not definite beyond rounding loses the rows that show it, which smoothing then leaves
 // as they are; those of rotations that are none (coarsening.h) are such, too. A coarse matrix that is not definite has no
-// factor: w times the inverse of its diagonal's blocks takes its place. M is then definite, unless smoothing enlarges
-// errors. If it is not, conjugate gradients stop, as K is not definite either.
+// factor: S takes its place. Where K is not definite, the cycle may not be either; conjugate gradients then stop at the
+// latest when they find out about K.
 //
 // Source: Saad, Iterative Methods for Sparse Linear Systems (2nd ed., 2003), 13.4; Vanek, Mandel and Brezina (1996).
 #pragma once
@@ -65,7 +61,7 @@ using MakeMultigrid = Multigrid<Real, Matrix>(const Coarsening<Real>& coarsening
 template <class Real, class Matrix>
 using SetCoarse = void(const Coarsening<Real>& coarsening, const Matrix& k, Multigrid<Real, Matrix>& m);
 
-// z += P C P^T r.
+// z += P C P^T r, from the nodes to the first level and back.
 template <class Real, class Matrix>
 using Correct = void(const Coarsening<Real>& coarsening, std::span<const Real> r, std::span<Real> z,
                      Multigrid<Real, Matrix>& m);
@@ -85,8 +81,7 @@ SetCoarse<float, linear::SlicedBlockRows> set_coarse;
 Correct<float, linear::SlicedBlockRows> correct;
 }  // namespace openmp
 
-// How often the cycle of a level is gone through.
-inline int visits(std::size_t level) { return level == 0 ? 1 : 2; }
+inline constexpr int visits = 2;  // of a coarse level, at a time
 
 inline constexpr float damping = .5f;  // w
 

@@ -2,7 +2,7 @@
 //
 //   plain          M = 1
 //   block_jacobi   M^-1 is the inverse of each 3x3 block on the diagonal of K
-//   multigrid      the same, and corrections on coarse levels of the face (multigrid.h)
+//   multigrid      M^-1 is a cycle of multigrid, of the same blocks and rigid motions of aggregates (multigrid.h)
 //
 // The loop is linear/'s (common/linear/conjugate_gradients.h). It works in Real; x is a sum in double, from which the
 // loop refreshes its residual. Dot products are summed as common/linear/dot.h says, so a solve has the same bits at

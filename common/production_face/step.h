@@ -17,7 +17,7 @@
 // bones move, it is solved to `share_of_bones`: this step brings flesh along, and what it leaves tears flesh that has
 // far to go.
 //
-//   newton   as above, by block_jacobi (solve.h). Ends where |f| <= tolerance times the first right-hand side, which
+//   newton   as above, by multigrid (solve.h). Ends where |f| <= tolerance times the first right-hand side, which
 //            counts as force_of_strain if it is more, as that of crushed flesh is; or below what the rounding of
 //            strains makes of f (force_of_rounding); or where neither energy nor forces fall any more; or after
 //            `most_steps`.
@@ -37,6 +37,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "common/production_face/assemble.h"
 #include "common/production_face/forces.h"
@@ -59,6 +60,7 @@ struct Face {
   Body<Real> body;
   Flesh flesh;
   Pattern pattern;
+  Coarsening<Real> coarsening;
   Waves waves;
   double volume;  // m^3, of all tetrahedra
 };
@@ -67,7 +69,9 @@ template <class Real>
 Face<Real> make_face(const Body<Real>& body, const Flesh& flesh) {
   double volume = 0;
   for (const Real v : body.volume.value) volume += v;
-  return {body, flesh, make_pattern(body), make_waves(body), volume};
+  Pattern pattern = make_pattern(body);
+  Coarsening<Real> coarsening = make_coarsening(body, pattern);
+  return {body, flesh, std::move(pattern), std::move(coarsening), make_waves(body), volume};
 }
 
 // The modules of a step.
@@ -86,6 +90,7 @@ template <class Real, class Matrix>
 struct StepMemory {
   Strained<Real> strained;
   Matrix k;
+  Multigrid<Real, Matrix> multigrid;
   Array<Real> force, change, bones;  // [3 n + c]: f; du; d
   Vectors<Real> before;              // the displacement that a step begins with; `move` writes all of the other
   Array<Real> shares, parts;         // of openmp's assemble and forces

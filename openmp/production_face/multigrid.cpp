@@ -1,4 +1,4 @@
-// Coarse corrections of the face's preconditioner, sixteen couplings, aggregates or members at a time.
+// Coarse levels of the face's multigrid, sixteen couplings, aggregates or members at a time.
 //
 // The algorithm stands in serial/production_face/multigrid.cpp. A coupling is a lane, which adds its shares in order;
 // their blocks are gathered from the slices of the finer matrix. An aggregate is a lane, too, where its members' forces
@@ -195,7 +195,7 @@ void cycle(const Coarsening<Real>& coarsening, std::size_t l, Memory& memory) {
   if (l + 1 == memory.level.size() && memory.last) return solve<Real>(*memory.last, m.r, m.z);
   linear::openmp::multiply(m.smoother, m.r, m.z);
   if (l + 1 == memory.level.size()) return;
-  for (int visit = 0; visit < visits(l); ++visit) {
+  for (int visit = 0; visit < visits; ++visit) {
     if (visit > 0) smooth(m);
     set_rest(m);
     restrict_to<2>(coarsening.level[l + 1], m.rest, memory.level[l + 1].r);

@@ -13,6 +13,7 @@
 
 #include "common/linear/dot.h"
 #include "common/linear/multiply.h"
+#include "common/linear/update.h"
 #include "common/real.h"
 #include "common/simd.h"
 #include "openmp/whole_vectors.h"
@@ -92,6 +93,13 @@ void apply(const Preconditioner& m, std::span<const Real> r, std::span<Real> z) 
   }
 }
 
+// c = a - b.
+void subtract(std::span<const Real> a, std::span<const Real> b, std::span<Real> c) {
+  // An element is written by its own iteration alone.
+#pragma omp parallel for simd schedule(static)
+  for (std::size_t i = 0; i < c.size(); ++i) c[i] = a[i] - b[i];
+}
+
 using Precondition = std::function<void(std::span<const Real> r, std::span<Real> z)>;
 
 // |b - K x|; leaves b - K x in r.
@@ -158,14 +166,26 @@ linear::Solution solve_block_jacobi(const SlicedBlockRows& k, std::span<const Re
 }
 
 linear::Solution solve_multigrid(const Coarsening<Real>& coarsening, const SlicedBlockRows& k, std::span<const Real> b,
-                                 const linear::Stop& stop, std::span<Real> x, Multigrid<Real, SlicedBlockRows>& memory) {
-  const Preconditioner m = invert_diagonal(k);
+                                 const linear::Stop& stop, std::span<Real> x,
+                                 Multigrid<Real, SlicedBlockRows>& memory) {
+  Preconditioner m = invert_diagonal(k);
+  for (Array<Real>* half : {&m.diagonal, &m.next})
+    for (Real& e : *half) e *= Real(damping);
   set_coarse(coarsening, k, memory);
-  const Precondition with_corrections = [&](std::span<const Real> r, std::span<Real> z) {
+  Array<Real> rest(b.size()), product(b.size());
+  const Precondition cycle = [&](std::span<const Real> r, std::span<Real> z) {
+    const auto set_rest = [&] {
+      linear::openmp::multiply(k, z, product);
+      subtract(r, product, rest);
+    };
     apply(m, r, z);
-    correct(coarsening, r, z, memory);
+    set_rest();
+    correct(coarsening, rest, z, memory);
+    set_rest();
+    apply(m, rest, product);
+    linear::openmp::axpy(Real(1), product, z);
   };
-  return solve(k, with_corrections, b, stop, x);
+  return solve(k, cycle, b, stop, x);
 }
 
 }  // namespace lockstep::production_face::openmp

@@ -101,8 +101,9 @@ void follow_bones(Memory& memory, Clock& clock) {
 }
 
 // du. Returns whether K showed itself to be definite.
-bool solve(const linear::Stop& stop, Memory& memory, Clock& clock) {
-  const linear::Solution solution = solve_block_jacobi(memory.k, memory.force, stop, memory.change);
+bool solve(const Face<Real>& face, const linear::Stop& stop, Memory& memory, Clock& clock) {
+  const linear::Solution solution =
+      solve_multigrid(face.coarsening, memory.k, memory.force, stop, memory.change, memory.multigrid);
   memory.frame.iterations += solution.iterations;
   clock(Module::solve);
   return solution.recursive_residual <= stop.tolerance || solution.iterations >= stop.iterations;
@@ -143,10 +144,10 @@ void step_newton(const Face<Real>& face, const Target<Real>& target, double tole
     if (frame.steps == 0) frame.first = std::min(frame.last, force_of_strain(face));
     const double share = bones_move ? share_of_bones : forcing(frame.last, frame.first, tolerance);
     const linear::Stop stop = {share, most_iterations};
-    if (!solve(stop, memory, clock) && !definite) {
+    if (!solve(face, stop, memory, clock) && !definite) {
       exact_below = exact_again * frame.last;
       set_stiffness(face, pose, true, definite, memory, clock);
-      solve(stop, memory, clock);
+      solve(face, stop, memory, clock);
     }
     ++frame.steps;
     if (bones_move) {
@@ -196,6 +197,7 @@ Memory make_memory(const Face<Real>& face) {
                    .parts = make_parts(face.waves)};
   for (Array<Real>* vector : {&memory.force, &memory.change, &memory.bones}) vector->resize(n);
   memory.before.resize(face.body.nodes);
+  memory.multigrid = make_multigrid(face.coarsening, memory.k);
   return memory;
 }
 

@@ -1,12 +1,12 @@
-// Coarse corrections of the face's preconditioner.
+// Coarse levels of the face's multigrid.
 //
 // Jacobi's method wears off errors that change from node to node, but takes as many iterations as there are nodes across
 // the face to pass on a push at one end to the other. Errors that change slowly are nearly rigid motions of neighbouring
 // nodes. So these are solved for as rigid motions: of aggregates of nodes, whose matrix is P^T K P and has a fiftieth of
 // the rows; and within that, in the same way, of larger aggregates.
 //
-// The corrections are added to Jacobi's, and do not follow it: a cycle then needs no product with K, only products with
-// the coarse matrices, which are small.
+// What the motions do not explain is worn off by Jacobi's method before and after, on each level. Coarse levels are small,
+// so they are gone through twice.
 //
 // The contract stands in common/production_face/multigrid.h.
 #include "common/production_face/multigrid.h"
@@ -123,7 +123,7 @@ void cycle(const Coarsening<Real>& coarsening, std::size_t l, Memory& memory) {
   if (l + 1 == memory.level.size() && memory.last) return solve<Real>(*memory.last, m.r, m.z);
   linear::serial::multiply(m.smoother, m.r, m.z);
   if (l + 1 == memory.level.size()) return;
-  for (int visit = 0; visit < visits(l); ++visit) {
+  for (int visit = 0; visit < visits; ++visit) {
     if (visit > 0) smooth(m);
     set_rest(m);
     restrict_to<2>(coarsening.level[l + 1], m.rest, memory.level[l + 1].r);

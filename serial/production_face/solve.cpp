@@ -19,6 +19,7 @@
 
 #include "common/linear/dot.h"
 #include "common/linear/multiply.h"
+#include "common/linear/update.h"
 #include "common/real.h"
 
 namespace lockstep::production_face::serial {
@@ -55,6 +56,11 @@ void apply(const Preconditioner& m, std::span<const Real> r, std::span<Real> z) 
     const std::size_t next = i % 3 == 2 ? i - 2 : i + 1, before = i % 3 == 0 ? i + 2 : i - 1;
     z[i] = row_times(m.diagonal[i], m.next[i], m.next[before], r[i], r[next], r[before]);
   }
+}
+
+// c = a - b.
+void subtract(std::span<const Real> a, std::span<const Real> b, std::span<Real> c) {
+  for (std::size_t i = 0; i < c.size(); ++i) c[i] = a[i] - b[i];
 }
 
 using Precondition = std::function<void(std::span<const Real> r, std::span<Real> z)>;
@@ -115,14 +121,26 @@ linear::Solution solve_block_jacobi(const BlockRows<Real>& k, std::span<const Re
 }
 
 linear::Solution solve_multigrid(const Coarsening<Real>& coarsening, const BlockRows<Real>& k, std::span<const Real> b,
-                                 const linear::Stop& stop, std::span<Real> x, Multigrid<Real, BlockRows<Real>>& memory) {
-  const Preconditioner m = invert_diagonal(k);
+                                 const linear::Stop& stop, std::span<Real> x,
+                                 Multigrid<Real, BlockRows<Real>>& memory) {
+  Preconditioner m = invert_diagonal(k);
+  for (Array<Real>* half : {&m.diagonal, &m.next})
+    for (Real& e : *half) e *= Real(damping);
   set_coarse(coarsening, k, memory);
-  const Precondition with_corrections = [&](std::span<const Real> r, std::span<Real> z) {
+  Array<Real> rest(b.size()), product(b.size());
+  const Precondition cycle = [&](std::span<const Real> r, std::span<Real> z) {
+    const auto set_rest = [&] {
+      linear::serial::multiply(k, z, product);
+      subtract(r, product, rest);
+    };
     apply(m, r, z);
-    correct(coarsening, r, z, memory);
+    set_rest();
+    correct(coarsening, rest, z, memory);
+    set_rest();
+    apply(m, rest, product);
+    linear::serial::axpy(Real(1), product, z);
   };
-  return solve(k, with_corrections, b, stop, x);
+  return solve(k, cycle, b, stop, x);
 }
 
 }  // namespace lockstep::production_face::serial
