@@ -168,7 +168,7 @@ TEST(ProductionFluidMultigrid, TakesFewIterations) {
     System<float> system;
     openmp::make_system(load_scene("scenes/production_fluid/" + std::string(scene) + ".toml").fluid, system);
     Array<double> q;
-    const linear::Solution s = openmp::pressure_solve_multigrid(system, settings, q);
+    const linear::Solution s = openmp::pressure_solve_multigrid(system, settings, scratch_for(system), q);
     std::printf("  %s: %d iterations, |r|/|b| %.2e, true %.2e\n", scene, s.iterations, s.recursive_residual,
                 s.true_residual);
     EXPECT_LE(s.iterations, iterations) << scene;
@@ -184,7 +184,7 @@ TEST(ProductionFluidMultigrid, SolvesBoxesOfAllSizes) {
       for (const double share : {.75, 1.}) {
         const System<float> system = system_of(make_tank(nx, ny, nz, share));
         Array<double> q;
-        const linear::Solution s = openmp::pressure_solve_multigrid(system, settings, q);
+        const linear::Solution s = openmp::pressure_solve_multigrid(system, settings, scratch_for(system), q);
         EXPECT_LE(s.true_residual, 1e-6) << nx << 'x' << ny << 'x' << nz << ", " << share;
         if (s.iterations > most) std::printf("  %dx%dx%d, %g: %d iterations\n", nx, ny, nz, share, s.iterations);
         most = std::max(most, s.iterations);
@@ -202,9 +202,10 @@ TEST(ProductionFluidMultigrid, SolvesThinSolids) {
           if (sheets == 5 ? y > 3 : y != 8 || z != 9) fluid.solid(7 + 6 * k, y, z) = -1;
     const System<float> system = system_of(fluid);
     Array<double> q;
-    const linear::Solution s = openmp::pressure_solve_multigrid(system, settings, q);
+    const linear::Solution s = openmp::pressure_solve_multigrid(system, settings, scratch_for(system), q);
     const int of_mic =
-        serial::pressure_solve_mic(system, {.modification = {.tau = .97, .sigma = .25}, .stop = settings.stop}, q)
+        serial::pressure_solve_mic(system, {.modification = {.tau = .97, .sigma = .25}, .stop = settings.stop},
+                                   scratch_for(system), q)
             .iterations;
     std::printf("  %d sheets: %d iterations, mic %d\n", sheets, s.iterations, of_mic);
     EXPECT_LE(s.true_residual, 1e-6);
@@ -222,13 +223,13 @@ TEST(ProductionFluidMultigrid, OpenmpHasTheSerialBits) {
       const System<float> system = system_of(make_random(nx, ny, nz, ++seed));
       Array<double> q, found;
       Array<float> z(system.cells.size()), z_found = z;
-      const linear::Solution s = serial::pressure_solve_multigrid(system, settings, q);
+      const linear::Solution s = serial::pressure_solve_multigrid(system, settings, scratch_for(system), q);
       serial::multigrid_cycle(system, system.right, z);
       EXPECT_LE(s.true_residual, 1e-6);
       most = std::max(most, s.iterations);
       for (const int threads : {1, 2, 3, 8}) {
         omp_set_num_threads(threads);
-        const linear::Solution t = openmp::pressure_solve_multigrid(system, settings, found);
+        const linear::Solution t = openmp::pressure_solve_multigrid(system, settings, scratch_for(system), found);
         openmp::multigrid_cycle(system, system.right, z_found);
         EXPECT_EQ(s.iterations, t.iterations);
         EXPECT_EQ(s.true_residual, t.true_residual);

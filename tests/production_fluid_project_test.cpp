@@ -40,7 +40,7 @@ Solved<Real> solve(const Version<Real>& version, const Fluid<Real>& fluid, doubl
   version.make_system(fluid, solved.system);
   const linear::Solution solution = version.solve(
       solved.system, {.modification = {.tau = .97, .sigma = .25}, .stop = {.tolerance = tolerance, .iterations = 1000}},
-      solved.q);
+      scratch_for(solved.system), solved.q);
   for (const Real b : solved.system.right) solved.right += double(b) * b;
   solved.right = std::sqrt(solved.right);
   solved.residual = solution.true_residual * solved.right;
@@ -165,7 +165,8 @@ std::pair<double, double> errors_of_sphere(int n) {
   });
   Array<double> q;
   serial::pressure_solve_mic(
-      system, {.modification = {.tau = .97, .sigma = .25}, .stop = {.tolerance = 1e-10, .iterations = 1000}}, q);
+      system, {.modification = {.tau = .97, .sigma = .25}, .stop = {.tolerance = 1e-10, .iterations = 1000}},
+      scratch_for(system), q);
   double most = 0, sum = 0, cells = 0;
   for_each_cell([&](std::size_t i, double x, double y, double z) {
     const double error = std::abs(q[i] - (R * R - r2(x, y, z)) * (1 + std::sin(3 * x) / 2));

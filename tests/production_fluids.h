@@ -7,10 +7,18 @@
 #include <vector>
 
 #include "common/linear/matrix.h"
+#include "common/production_fluid/pressure_memory.h"
 #include "common/production_fluid/state.h"
 #include "common/production_fluid/system.h"
 
 namespace lockstep::production_fluid {
+
+// Scratch in which solves of other systems have left what they pleased.
+template <class Real>
+PressureMemory<Real>& scratch_for(const System<Real>&) {
+  static PressureMemory<Real> scratch;
+  return scratch;
+}
 
 // All elements of a field, in its order.
 template <class Real, class F>

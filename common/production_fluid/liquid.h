@@ -78,6 +78,7 @@ struct StepMemory {
   Particles<Real> particles;
   levelset::Distances<Real> distances;
   System<Real> system;
+  PressureMemory<Real> pressure;
   Array<double> q;
 
   int substeps = 0, iterations = 0;         // of the pressure, of all substeps

@@ -29,6 +29,7 @@
 //
 // In:     system; modification: tau and sigma; when to stop.
 // Out:    q, bordered as the system is, m/s; 0 in cells without a row. In a pocket its constant is any.
+// Scratch: memory. What earlier solves have left there, of whatever system, changes nothing.
 // Returns the iterations and both residuals.
 // Source: [ITJ07] "Production Fluid"; Bridson, Fluid Simulation for Computer Graphics (2nd ed., 2015), 5.3. A factor a
 //         block: as PhysBAM's threads have it, each its own block.
@@ -37,6 +38,7 @@
 #include "common/linear/conjugate_gradients.h"
 #include "common/linear/incomplete_cholesky.h"
 #include "common/math.h"
+#include "common/production_fluid/pressure_memory.h"
 #include "common/production_fluid/system.h"
 
 namespace lockstep::production_fluid {
@@ -47,7 +49,8 @@ struct PressureSettings {
 };
 
 template <class Real>
-using PressureSolve = linear::Solution(const System<Real>& system, const PressureSettings& settings, Array<double>& q);
+using PressureSolve = linear::Solution(const System<Real>& system, const PressureSettings& settings,
+                                       PressureMemory<Real>& memory, Array<double>& q);
 
 namespace serial {
 PressureSolve<float> pressure_solve_mic, pressure_solve_block_mic, pressure_solve_multigrid;

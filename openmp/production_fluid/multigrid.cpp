@@ -261,22 +261,25 @@ double refresh(const System<Real>& system, const Level& finest, Array<double>& q
 }  // namespace
 
 void multigrid_cycle(const System<Real>& system, std::span<const Real> r, std::span<Real> z) {
-  std::vector<Level> levels = make_levels(system);
+  PressureMemory<Real> memory;
+  std::vector<Level> levels = make_levels(system, memory);
   cycle(levels, 0, r, z);
 }
 
 linear::Solution pressure_solve_multigrid(const System<Real>& system, const PressureSettings& settings,
-                                          Array<double>& q) {
+                                          PressureMemory<Real>& memory, Array<double>& q) {
   q.assign(system.cells.size(), 0);
-  std::vector<Level> levels = make_levels(system);
+  std::vector<Level> levels = make_levels(system, memory);
   const linear::System<Real> operators = {
       .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(levels[0], x, y); },
       .precondition = [&](std::span<const Real> x, std::span<Real> y) { cycle(levels, 0, x, y); },
       .residual = nullptr,
       .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, levels[0], q, x, r); }};
-  Array<Real> x(system.cells.size());
-  return linear::iterate(Vectors{levels[0]}, operators, std::span<const Real>(system.right), std::span(x),
-                         settings.stop);
+  Array<Real> x = memory.take(system.cells.size());
+  const linear::Solution solution =
+      linear::iterate(Vectors{levels[0]}, operators, std::span<const Real>(system.right), std::span(x), settings.stop);
+  memory.give_back(x), give_back(levels, memory);
+  return solution;
 }
 
 }  // namespace lockstep::production_fluid::openmp

@@ -93,8 +93,18 @@ inline Kinds coarser_kinds(const Kinds& fine) {
   return kinds;
 }
 
-inline Array<float> coarse_rows(const Kinds& kinds) {
-  Array<float> diagonal(kinds.cells.size());
+// Room for n zeros.
+inline Array<float> take_zeros(PressureMemory<float>& memory, std::size_t n) {
+  Array<float> array = memory.take(n);
+  const std::ptrdiff_t vectors = std::ssize(array) / lanes;
+  // An iteration writes a vector.
+#pragma omp parallel for schedule(static) if (vectors >= parts_to_share * linear::dot_block / lanes)
+  for (std::ptrdiff_t k = 0; k < vectors; ++k) store(&array[k * lanes], floatv(0.f));
+  return array;
+}
+
+inline Array<float> coarse_rows(const Kinds& kinds, PressureMemory<float>& memory) {
+  Array<float> diagonal = take_zeros(memory, kinds.cells.size());
   for_each_line(kinds.cells, [&](int y, int z) {
     const int nx = kinds.cells.nx;
     const std::ptrdiff_t line = kinds.line(), plane = kinds.plane();
@@ -192,15 +202,16 @@ inline std::vector<Patch> find_patches(const std::vector<Part>& parts, const Arr
   return patches;
 }
 
-inline void make_level(const Kinds& kinds, const Array<float>& diagonal, Level& level) {
+inline void make_level(const Kinds& kinds, const Array<float>& diagonal, PressureMemory<float>& memory, Level& level) {
   level.cells = kinds.cells;
   level.diagonal = &diagonal;
   level.passes = is_coarsest(kinds.cells) ? coarsest_passes : band_passes;
   level.parts = find_parts(diagonal);
   level.lines = find_lines(kinds.cells, diagonal);
   level.band = find_patches(level.parts, find_band(kinds));
-  for (Array<float>* array : {&level.inverse, &level.guess}) array->resize(diagonal.size());
-    // A part writes its own places.
+  level.inverse = memory.take(diagonal.size());  // read where there are parts alone
+  level.guess = take_zeros(memory, diagonal.size());
+  // A part writes its own places.
 #pragma omp parallel for schedule(static) if (is_shared(level))
   for (std::ptrdiff_t k = 0; k < std::ssize(level.parts); ++k)
     for (std::ptrdiff_t i = level.parts[k].begin; i < level.parts[k].end; i += lanes) {
@@ -210,20 +221,27 @@ inline void make_level(const Kinds& kinds, const Array<float>& diagonal, Level& 
 }
 
 // The finest first. The system must outlive them.
-inline std::vector<Level> make_levels(const System<float>& system) {
+inline std::vector<Level> make_levels(const System<float>& system, PressureMemory<float>& memory) {
   Kinds kinds = finest_kinds(system);
   std::vector<Level> levels(1);
-  make_level(kinds, system.diagonal, levels[0]);
+  make_level(kinds, system.diagonal, memory, levels[0]);
   while (!is_coarsest(kinds.cells)) {
     kinds = coarser_kinds(kinds);
-    Array<float> rows = coarse_rows(kinds);
+    Array<float> rows = coarse_rows(kinds, memory);
     levels.emplace_back();
-    make_level(kinds, rows, levels.back());
-    for (Array<float>* array : {&levels.back().right, &levels.back().solution}) array->resize(rows.size());
+    make_level(kinds, rows, memory, levels.back());
+    for (Array<float>* array : {&levels.back().right, &levels.back().solution})
+      *array = take_zeros(memory, rows.size());
     levels.back().rows = std::move(rows);
   }
   for (std::size_t of = 1; of < levels.size(); ++of) levels[of].diagonal = &levels[of].rows;
   return levels;
+}
+
+inline void give_back(std::vector<Level>& levels, PressureMemory<float>& memory) {
+  for (Level& level : levels)
+    for (Array<float>* array : {&level.inverse, &level.right, &level.solution, &level.guess, &level.rows})
+      memory.give_back(*array);
 }
 
 }  // namespace lockstep::production_fluid::openmp

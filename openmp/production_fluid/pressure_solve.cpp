@@ -202,9 +202,9 @@ LOCKSTEP_INLINE floatv high_z(const Skewed& skewed, const Real* at, const Couple
 // 1 / e of all cells.
 template <class Kind>
 Array<Real> make_inverses(const Skewed& skewed, const Kind& kind, const Array<Real>& diagonal,
-                          const linear::Modification& modification) {
+                          const linear::Modification& modification, PressureMemory<Real>& memory) {
   const floatv tau = static_cast<Real>(modification.tau), sigma = static_cast<Real>(modification.sigma);
-  Array<Real> inverse(skewed.size()), share(skewed.size());
+  Array<Real> inverse = memory.take_zeros(skewed.size()), share = memory.take_zeros(skewed.size());
   // The threads share parts as the kind says. A part writes its own cells.
 #pragma omp parallel
   kind.ascending([&](const Stretch& part, const Coupled& c) {
@@ -217,6 +217,7 @@ Array<Real> make_inverses(const Skewed& skewed, const Kind& kind, const Array<Re
       store(&inverse[i], p.inverse), store(&share[i], p.share);
     });
   });
+  memory.give_back(share);
   return inverse;
 }
 
@@ -286,8 +287,8 @@ void for_each_value(const Skewed& skewed, const Stretch& tile, std::span<const R
   }
 }
 
-Array<Real> skew(const Skewed& skewed, const Array<Real>& of_cells) {
-  Array<Real> to(skewed.size());
+Array<Real> skew(const Skewed& skewed, const Array<Real>& of_cells, PressureMemory<Real>& memory) {
+  Array<Real> to = memory.take_zeros(skewed.size());
   for_each_tile(skewed,
                 [&](const Stretch& tile) { fill(skewed, tile, to, [&](std::size_t i) { return of_cells[i]; }); });
   return to;
@@ -313,30 +314,35 @@ double refresh(const System<Real>& system, const Skewed& skewed, Array<double>& 
 }
 
 template <class Kind>
-linear::Solution solve(const System<Real>& system, const PressureSettings& settings, Array<double>& q) {
+linear::Solution solve(const System<Real>& system, const PressureSettings& settings, PressureMemory<Real>& memory,
+                       Array<double>& q) {
   q.assign(system.cells.size(), 0);
   const Skewed skewed(system);
   const Kind kind{skewed};
-  const Array<Real> diagonal = skew(skewed, system.diagonal), right = skew(skewed, system.right),
-                    inverse = make_inverses(skewed, kind, diagonal, settings.modification);
+  Array<Real> diagonal = skew(skewed, system.diagonal, memory), right = skew(skewed, system.right, memory),
+              inverse = make_inverses(skewed, kind, diagonal, settings.modification, memory);
   const linear::System<Real> operators = {
       .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(skewed, diagonal, x, y); },
       .precondition = [&](std::span<const Real> x, std::span<Real> y) { precondition(skewed, kind, inverse, x, y); },
       .residual = nullptr,
       .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, skewed, q, x, r); }};
-  Array<Real> x(skewed.size());
-  return linear::iterate(Vectors{skewed}, operators, std::span<const Real>(right), std::span(x), settings.stop);
+  Array<Real> x = memory.take(skewed.size());
+  const linear::Solution solution =
+      linear::iterate(Vectors{skewed}, operators, std::span<const Real>(right), std::span(x), settings.stop);
+  for (Array<Real>* array : {&diagonal, &right, &inverse, &x}) memory.give_back(*array);
+  return solution;
 }
 
 }  // namespace
 
-linear::Solution pressure_solve_mic(const System<Real>& system, const PressureSettings& settings, Array<double>& q) {
-  return solve<Whole>(system, settings, q);
+linear::Solution pressure_solve_mic(const System<Real>& system, const PressureSettings& settings,
+                                    PressureMemory<Real>& memory, Array<double>& q) {
+  return solve<Whole>(system, settings, memory, q);
 }
 
 linear::Solution pressure_solve_block_mic(const System<Real>& system, const PressureSettings& settings,
-                                          Array<double>& q) {
-  return solve<InBlocks>(system, settings, q);
+                                          PressureMemory<Real>& memory, Array<double>& q) {
+  return solve<InBlocks>(system, settings, memory, q);
 }
 
 }  // namespace lockstep::production_fluid::openmp

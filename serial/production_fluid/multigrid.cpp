@@ -13,6 +13,8 @@
 // The contract stands in common/production_fluid/multigrid.h.
 #include "common/production_fluid/multigrid.h"
 
+#include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "common/linear/iterate.h"
@@ -55,8 +57,8 @@ Kinds coarser_kinds(const Kinds& fine) {
   return kinds;
 }
 
-Array<Real> coarse_rows(const Kinds& kinds) {
-  Array<Real> diagonal(kinds.cells.size());
+Array<Real> coarse_rows(const Kinds& kinds, PressureMemory<Real>& memory) {
+  Array<Real> diagonal = memory.take_zeros(kinds.cells.size());
   const auto [nx, ny, nz] = kinds.cells;
   for (int z = 0; z < nz; ++z)
     for (int y = 0; y < ny; ++y)
@@ -85,27 +87,36 @@ void find_band(const Kinds& kinds, Level& level) {
       }
 }
 
-Level make_level(const Kinds& kinds, const Array<Real>& diagonal) {
+Level make_level(const Kinds& kinds, Array<Real> diagonal, PressureMemory<Real>& memory) {
   Level level;
   level.cells = kinds.cells;
-  level.diagonal = diagonal;
   level.passes = is_coarsest(kinds.cells) ? coarsest_passes : band_passes;
-  level.inverse.resize(diagonal.size());
+  level.inverse = memory.take(diagonal.size());
   for (std::size_t i = 0; i < diagonal.size(); ++i) level.inverse[i] = diagonal[i] > 0 ? 1 / diagonal[i] : 0;
   find_band(kinds, level);
-  for (Array<Real>* array : {&level.right, &level.solution, &level.guess}) array->resize(diagonal.size());
+  for (Array<Real>* array : {&level.right, &level.solution, &level.guess})
+    *array = memory.take_zeros(diagonal.size());
+  level.diagonal = std::move(diagonal);
   return level;
 }
 
-std::vector<Level> make_levels(const System<Real>& system) {
+std::vector<Level> make_levels(const System<Real>& system, PressureMemory<Real>& memory) {
   Kinds kinds = finest_kinds(system);
   std::vector<Level> levels;
-  levels.push_back(make_level(kinds, system.diagonal));
+  Array<Real> finest = memory.take(system.diagonal.size());
+  std::ranges::copy(system.diagonal, finest.begin());
+  levels.push_back(make_level(kinds, std::move(finest), memory));
   while (!is_coarsest(kinds.cells)) {
     kinds = coarser_kinds(kinds);
-    levels.push_back(make_level(kinds, coarse_rows(kinds)));
+    levels.push_back(make_level(kinds, coarse_rows(kinds, memory), memory));
   }
   return levels;
+}
+
+void give_back(std::vector<Level>& levels, PressureMemory<Real>& memory) {
+  for (Level& level : levels)
+    for (Array<Real>* array : {&level.diagonal, &level.inverse, &level.right, &level.solution, &level.guess})
+      memory.give_back(*array);
 }
 
 // --- The cycle
@@ -235,14 +246,15 @@ double refresh(const System<Real>& system, Array<double>& q, std::span<Real> x, 
 }  // namespace
 
 void multigrid_cycle(const System<Real>& system, std::span<const Real> r, std::span<Real> z) {
-  std::vector<Level> levels = make_levels(system);
+  PressureMemory<Real> memory;
+  std::vector<Level> levels = make_levels(system, memory);
   cycle(levels, 0, r, z);
 }
 
 linear::Solution pressure_solve_multigrid(const System<Real>& system, const PressureSettings& settings,
-                                          Array<double>& q) {
+                                          PressureMemory<Real>& memory, Array<double>& q) {
   q.assign(system.cells.size(), 0);
-  std::vector<Level> levels = make_levels(system);
+  std::vector<Level> levels = make_levels(system, memory);
   const linear::System<Real> operators = {
       .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(system, x, y); },
       .precondition = [&](std::span<const Real> x, std::span<Real> y) { cycle(levels, 0, x, y); },
@@ -250,8 +262,11 @@ linear::Solution pressure_solve_multigrid(const System<Real>& system, const Pres
       .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, q, x, r); }};
   const linear::VectorKernels<Real> vectors = {linear::serial::dot, linear::serial::axpy, linear::serial::advance,
                                                linear::serial::descend};
-  Array<Real> x(system.cells.size());
-  return linear::iterate(vectors, operators, std::span<const Real>(system.right), std::span(x), settings.stop);
+  Array<Real> x = memory.take(system.cells.size());
+  const linear::Solution solution =
+      linear::iterate(vectors, operators, std::span<const Real>(system.right), std::span(x), settings.stop);
+  memory.give_back(x), give_back(levels, memory);
+  return solution;
 }
 
 }  // namespace lockstep::production_fluid::serial

@@ -128,9 +128,10 @@ void descending(const System<Real>& system, int block, const F& f) {
 }
 
 // 1 / e of all cells.
-Array<Real> make_inverses(const System<Real>& system, int block, const linear::Modification& modification) {
+Array<Real> make_inverses(const System<Real>& system, int block, const linear::Modification& modification,
+                          PressureMemory<Real>& memory) {
   const Real tau = static_cast<Real>(modification.tau), sigma = static_cast<Real>(modification.sigma);
-  Array<Real> inverse(system.cells.size()), share(system.cells.size());
+  Array<Real> inverse = memory.take_zeros(system.cells.size()), share = memory.take_zeros(system.cells.size());
   ascending(system, block, [&](std::size_t i, const Neighbours& n) {
     const Real* const diagonal = &system.diagonal[i];
     const Real upper_neighbours = Real(diagonal[1] > 0) + Real(diagonal[n.high_y] > 0) + Real(diagonal[n.high_z] > 0);
@@ -138,6 +139,7 @@ Array<Real> make_inverses(const System<Real>& system, int block, const linear::M
         pivot(*diagonal, share[i - 1], share[i + n.low_y], share[i + n.low_z], upper_neighbours, tau, sigma);
     inverse[i] = p.inverse, share[i] = p.share;
   });
+  memory.give_back(share);
   return inverse;
 }
 
@@ -152,27 +154,32 @@ void precondition(const System<Real>& system, int block, const Array<Real>& inve
   });
 }
 
-linear::Solution solve(const System<Real>& system, int block, const PressureSettings& settings, Array<double>& q) {
+linear::Solution solve(const System<Real>& system, int block, const PressureSettings& settings,
+                       PressureMemory<Real>& memory, Array<double>& q) {
   q.assign(system.cells.size(), 0);
-  const Array<Real> inverse = make_inverses(system, block, settings.modification);
+  Array<Real> inverse = make_inverses(system, block, settings.modification, memory);
   const linear::System<Real> operators = {
       .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(system, x, y); },
       .precondition = [&](std::span<const Real> x, std::span<Real> y) { precondition(system, block, inverse, x, y); },
       .residual = nullptr,
       .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, q, x, r); }};
-  Array<Real> x(system.cells.size());
-  return linear::iterate(Vectors{system}, operators, std::span<const Real>(system.right), std::span(x), settings.stop);
+  Array<Real> x = memory.take(system.cells.size());
+  const linear::Solution solution =
+      linear::iterate(Vectors{system}, operators, std::span<const Real>(system.right), std::span(x), settings.stop);
+  for (Array<Real>* array : {&inverse, &x}) memory.give_back(*array);
+  return solution;
 }
 
 }  // namespace
 
-linear::Solution pressure_solve_mic(const System<Real>& system, const PressureSettings& settings, Array<double>& q) {
-  return solve(system, std::max({system.cells.ny, system.cells.nz, 1}), settings, q);
+linear::Solution pressure_solve_mic(const System<Real>& system, const PressureSettings& settings,
+                                    PressureMemory<Real>& memory, Array<double>& q) {
+  return solve(system, std::max({system.cells.ny, system.cells.nz, 1}), settings, memory, q);
 }
 
 linear::Solution pressure_solve_block_mic(const System<Real>& system, const PressureSettings& settings,
-                                          Array<double>& q) {
-  return solve(system, side_of_a_block, settings, q);
+                                          PressureMemory<Real>& memory, Array<double>& q) {
+  return solve(system, side_of_a_block, settings, memory, q);
 }
 
 }  // namespace lockstep::production_fluid::serial

@@ -41,7 +41,7 @@ void make_incompressible(const Model& model, PressureSolve<Real>* solve, Fluid<R
                          const Done& done) {
   make_system(fluid, memory.system);
   done(Module::make_system);
-  memory.iterations += solve(memory.system, model.pressure, memory.q).iterations;
+  memory.iterations += solve(memory.system, model.pressure, memory.pressure, memory.q).iterations;
   done(Module::pressure_solve);
   project(fluid, memory.system, memory.q, fluid.velocity);
   done(Module::project);

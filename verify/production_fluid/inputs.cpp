@@ -40,7 +40,8 @@ double bytes_of(const Solved& solved) { return 8. * solved.q.size(); }
 std::shared_ptr<const Array<double>> pressure(const std::string& path) {
   const auto solved = verify::inputs<Solved>(path, [&] {
     Solved made;
-    serial::pressure_solve_mic(inputs(path)->system, pressure_settings, made.q);
+    PressureMemory<float> memory;
+    serial::pressure_solve_mic(inputs(path)->system, pressure_settings, memory, made.q);
     return made;
   });
   return std::shared_ptr<const Array<double>>(solved, &solved->q);

@@ -74,8 +74,8 @@ Case make(const std::string& path, PressureSolve<float>* serial, PressureSolve<f
   Pressure start = {Array<double>(in->system.cells.size()), Array<double>(3)};
   poison(start);
   const auto with = [in](PressureSolve<float>* solve) {
-    return [in, solve](Pressure& p) {
-      const linear::Solution s = solve(in->system, pressure_settings, p.q);
+    return [in, solve, memory = std::make_shared<PressureMemory<float>>()](Pressure& p) {
+      const linear::Solution s = solve(in->system, pressure_settings, *memory, p.q);
       p.number = {double(s.iterations), s.recursive_residual, s.true_residual};
     };
   };
