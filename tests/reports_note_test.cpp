@@ -61,7 +61,7 @@ struct ReportsNote : Cli {
 };
 
 TEST_F(ReportsNote, NamesFieldsOfVerify) {
-  expect_documented({"verify", "--kernel", "fluid/advance", "--scene", "single", "--threads", "1"});
+  expect_documented({"verify", "--kernel", "fluid/step", "--form", "pair_lists", "--scene", "adrift", "--threads", "1"});
 }
 TEST_F(ReportsNote, NamesFieldsOfBench) {
   expect_documented({"bench", "--kernel", "cloth/relax", "--scene", "rope", "--threads", "1", "--quick"});

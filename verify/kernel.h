@@ -25,12 +25,20 @@ enum class Verdict {
 };
 const char* name_of(Verdict verdict);
 
+// How far a run is from the serial run in one quantity, and how far it may be, frame by frame.
+struct Course {
+  std::string what, unit;
+  int from = 0;                                // the scene's frame in which both begin with the same state
+  std::vector<double> found = {}, bound = {};  // in frames from + 1, from + 2, ...
+};
+
 // The result of a comparison: the worst element, by error relative to its own bound.
 struct Judgement {
   Verdict verdict;
   bool passed = true;
   double error = 0, bound = 0;  // of the worst element; bitwise: the number of differences, and 0
   std::string worst_at;         // its name and both values
+  std::vector<Course> courses = {};  // where frames of whole runs are compared
 };
 
 // The least work of one run of a kernel: for items/s, GB/s and GFLOP/s.

@@ -58,6 +58,13 @@ void print_kernels(const nlohmann::ordered_json& rows, bool only_failed) {
   }
 }
 
+nlohmann::ordered_json json_of(const std::vector<Course>& courses) {
+  auto all = nlohmann::ordered_json::array();
+  for (const Course& c : courses)
+    all.push_back({{"what", c.what}, {"unit", c.unit}, {"from", c.from}, {"found", c.found}, {"bound", c.bound}});
+  return all;
+}
+
 }  // namespace
 
 int verify(const Options& options) {
@@ -115,6 +122,7 @@ int verify(const Options& options) {
                       {"openmp_ms", openmp_ms},
                       {"passed", judgement.passed},
                       {"hash", kernel.order_dependent ? "" : std::to_string(hash)}});
+      if (!judgement.courses.empty()) rows.back()["courses"] = json_of(judgement.courses);
       report.keep(rows);
     }
   }

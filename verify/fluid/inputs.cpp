@@ -53,8 +53,8 @@ Inputs make(const std::string& path) {
   in.scene = load_scene(path);
   in.fluid = make_fluid(fluid::convert<float>(in.scene.model), in.scene.particles);
   Fluid<float>& f = in.fluid;
-  const int frames = frames_before(in.scene);
-  for (int frame = 0; frame < frames; ++frame) serial::step_symmetric(f);
+  in.frames_before = frames_before(in.scene);
+  for (int frame = 0; frame < in.frames_before; ++frame) serial::step_symmetric(f);
   in.unsorted = f.particles;
   serial::rebuild_grid(f.grid, f.particles, f.sorted);
   serial::densities_owner_gather(f.model, f.grid, f.particles, f.neighbours, f.density);

@@ -17,6 +17,7 @@ namespace lockstep::verify::fluid_inputs {
 // A scene in the state after some frames, with the serial answers and the truth.
 struct Inputs {
   fluid::Scene scene;
+  int frames_before = 0;             // that the serial step made first
   fluid::Particles<float> unsorted;  // rebuild_grid's
   fluid::Fluid<float> fluid;         // sorted, with the density and acceleration that the serial kernels give
   fluid::Fluid<double> truth;        // the same numbers, widened

@@ -205,6 +205,8 @@ void check_free_run(Judgement& judgement, const FreeRuns& runs, const Holds& hol
                     Step<float>* step) {
   Fluid<float> fluid = start;
   Vector3<double> before = momentum(fluid);
+  judgement.courses = {
+      {"rms distance of positions", "m"}, {"rms distance of velocities", "m/s"}, {"distance of energies", "J"}};
   for (std::size_t frame = 0; frame < runs.frames.size(); ++frame) {
     step(fluid);
     const std::string fault = first_not_finite(fluid, [&](const auto& array, std::size_t i, const auto& field) {
@@ -225,12 +227,14 @@ void check_free_run(Judgement& judgement, const FreeRuns& runs, const Holds& hol
     if (frame >= runs.comparable) continue;
     const FreeRuns::Frame& serial = runs.frames[frame];
     const auto [positions, velocities] = distance(state_by_id(fluid.particles), serial.serial);
-    const double energies = std::abs(energy(fluid) - serial.serial_energy);
-    check(judgement, positions <= serial.positions, frame_name("rms distance of positions from the serial run", frame),
-          positions, serial.positions);
-    check(judgement, velocities <= serial.velocities,
-          frame_name("rms distance of velocities from the serial run", frame), velocities, serial.velocities);
-    check(judgement, energies <= serial.energy, frame_name("energy", frame), energies, serial.energy);
+    const double found[] = {positions, velocities, std::abs(energy(fluid) - serial.serial_energy)},
+                 bound[] = {serial.positions, serial.velocities, serial.energy};
+    for (int k = 0; k < 3; ++k) {
+      Course& course = judgement.courses[k];
+      course.found.push_back(found[k]), course.bound.push_back(bound[k]);
+      check(judgement, found[k] <= bound[k], frame_name((course.what + " from the serial run").c_str(), frame),
+            found[k], bound[k]);
+    }
   }
 }
 

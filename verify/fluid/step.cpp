@@ -31,6 +31,7 @@ Case step_case(const std::string& path, const StepForm& form) {
             check_one_step(judgement, *start, openmp, serial);
             const auto runs = verify::inputs<FreeRuns>(path, [&] { return run_freely(*start, in->scene.frames); });
             check_free_run(judgement, *runs, in->scene.holds, *start, step);
+            for (Course& course : judgement.courses) course.from = in->frames_before;
             return judgement;
           },
       .work = {n, "particles", 2 * particle_bytes * n + 4 * cells + (16 + 40 + 60 + 72) * n,
