@@ -41,7 +41,7 @@ WRAPPED = GOMP_parallel GOMP_parallel_sections GOMP_parallel_loop_nonmonotonic_d
 WRAPS = $(WRAPPED:%=-Wl,--wrap=%)
 LINK  = $(CXX) $(FLAGS) $(WRAPS)
 PYTHON = /usr/bin/python3
-DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libqhull-dev libeigen3-dev librandom123-dev libsuitesparse-dev libccd-dev libgtest-dev python3-matplotlib python3-vtk9 xvfb xauth clang-14 libomp-14-dev libclang-rt-14-dev
+DEBS  = g++ make libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libqhull-dev libeigen3-dev librandom123-dev libsuitesparse-dev libccd-dev libgtest-dev python3-matplotlib python3-vtk9 libjs-three xvfb xauth clang-14 libomp-14-dev libclang-rt-14-dev
 
 # The folder of objects; each configuration has its own.
 BUILD := build/$(ISA)
@@ -62,7 +62,7 @@ $(untimed): level = -O1
 # The linker keeps the first copy of an inline function, so those at -O1 come last.
 in_order = $(filter-out $(untimed),$^) $(filter $(untimed),$^)
 
-.PHONY: all deps list verify test bench figures pictures run diff mutants tsan tsan-build sanitize determinism portable fuzz endure extremes clean help
+.PHONY: all deps list verify test bench figures pictures run view diff mutants tsan tsan-build sanitize determinism portable fuzz endure extremes clean help
 .DELETE_ON_ERROR:
 
 all: build/lockstep  ## build everything, with the best ISA of this machine (ISA=avx512|avx2|portable)
@@ -83,6 +83,7 @@ verify: build/lockstep  ## compare every kernel with its serial twin (KERNEL= FO
 test: $(BUILD)/unit_tests build/lockstep  ## unit, property and fault tests
 	$(PYTHON) tests/figures_test.py
 	$(PYTHON) tests/frames_test.py
+	$(PYTHON) tests/view_test.py
 	LOCKSTEP=build/lockstep $(BUILD)/unit_tests --gtest_brief=1
 
 bench: build/lockstep  ## time every kernel (KERNEL= FORM= SCENE= THREADS=all QUICK=1: rough, RESUME=1: go on); build/bench.json
@@ -105,6 +106,11 @@ run: build/lockstep  ## simulate SCENE=flag_33, write frames for ParaView (OUT=b
 	  --out "$(or $(OUT),build/frames/$$(basename '$(SCENE)' .toml))" $(resume) $(if $(FORCE),--force) \
 	  $(if $(VARIANT),--variant $(VARIANT)) $(if $(FORM),--form $(FORM)) $(if $(THREADS),--threads $(THREADS)) \
 	  $(if $(FRAMES),--frames $(FRAMES))
+
+view: build/lockstep  ## put the serial and the openmp run of SCENE=flag_33 side by side into a page for a browser (FORM= FRAMES= THREADS=; VARIANT=: one run alone; OUT=build/views/flag_33.html)
+	$(PYTHON) -B notes/views/view.py build/lockstep '$(or $(SCENE),$(error SCENE= says which scene to show))' \
+	  "$(or $(OUT),build/views/$$(basename '$(SCENE)' .toml).html)" $(if $(VARIANT),--variant $(VARIANT)) \
+	  $(if $(FORM),--form $(FORM)) $(if $(THREADS),--threads $(THREADS)) $(if $(FRAMES),--frames $(FRAMES))
 
 diff: $(if $(FORM),build/lockstep)  ## show serial and openmp side by side: KERNEL=fluid/forces (FORM=cell_locks: its functions alone; WIDTH=)
 	@test -f 'serial/$(KERNEL).cpp' -a -f 'openmp/$(KERNEL).cpp' || \

@@ -55,6 +55,11 @@ TEST(Make, PassesOnWhatItIsGiven) {
   has("verify KERNEL='*/step'", "--kernel '*/step'");
   has("verify FAILED=1", "--failed");
   has("bench RESUME=1", "--resume");
+  has("view SCENE=flag_33", "view.py build/lockstep 'flag_33'");
+  has("view SCENE='my scenes/a.toml' FORM=sub_grid VARIANT=openmp FRAMES=9", "'my scenes/a.toml'");
+  has("view SCENE=dam_break_5k FORM=sub_grid VARIANT=openmp FRAMES=9", "--variant openmp");
+  has("view SCENE=dam_break_5k FORM=sub_grid VARIANT=openmp FRAMES=9", "--form sub_grid");
+  has("view SCENE=dam_break_5k FORM=sub_grid VARIANT=openmp FRAMES=9", "--frames 9");
   has("figures", "measure.py build/lockstep build/figures ");
   has("figures FIGURE=sph_locks THREADS=all RESUME=1", "build/figures/sph_locks --figure 'sph_locks'");
   has("figures FIGURE=sph_locks THREADS=all RESUME=1", "--threads all");

@@ -20,7 +20,8 @@ function draw_curve(curve, parent, go) {
   const x_of = (frame) => left + (width - left - right) * frame / last;
   let x = left + 8 * curve.title.length + 20;
   curve.lines.forEach((line, k) => {
-    svg("line", { x1: x, x2: x + 22, y1: 9, y2: 9, stroke: COLOURS[k], "stroke-width": 2, "stroke-dasharray": DASHES[k] }, picture);
+    const look = { stroke: COLOURS[k], "stroke-width": 2, "stroke-dasharray": DASHES[k] };
+    svg("line", { x1: x, x2: x + 22, y1: 9, y2: 9, ...look }, picture);
     svg("text", { x: x + 26, y: 13 }, picture, line.label);
     x += 50 + 7 * line.label.length;
   });
@@ -38,13 +39,15 @@ function draw_curve(curve, parent, go) {
         if (fits) path += `${drawn ? "L" : "M"}${x_of(line.from + i).toFixed(1)} ${y_of(v).toFixed(1)}`;
         drawn = fits;
       });
-      svg("path", { d: path, fill: "none", stroke: COLOURS[k], "stroke-width": 1.5, "stroke-dasharray": DASHES[k] }, picture);
+      const look = { fill: "none", stroke: COLOURS[k], "stroke-width": 1.5, "stroke-dasharray": DASHES[k] };
+      svg("path", { d: path, ...look }, picture);
     });
   } else {
     svg("text", { x: left + 10, y: height / 2 }, picture, "0 in all frames");
   }
   svg("path", { d: `M${left} ${top}V${height - bottom}H${width - right}`, fill: "none", stroke: "#999" }, picture);
-  for (const frame of [0, last]) svg("text", { x: x_of(frame), y: height - 6, "text-anchor": frame ? "end" : "start" }, picture, `frame ${frame}`);
+  for (const frame of [0, last])
+    svg("text", { x: x_of(frame), y: height - 6, "text-anchor": frame ? "end" : "start" }, picture, `frame ${frame}`);
   const mark = svg("line", { y1: top, y2: height - bottom, stroke: "#222" }, picture);
   picture.addEventListener("click", (event) => {
     const place = (event.clientX - picture.getBoundingClientRect().left) / picture.clientWidth * width;

@@ -74,7 +74,8 @@ function places(steps) {
 // A byte an element, 0 of the same place (pack.py's code_of), or undefined where runs do not differ.
 async function apart_of(frame) {
   if (!document.getElementById("apart-0")) return undefined;
-  const k = block_of(frame), all = await block(`apart-${k}`, (bytes) => bytes), first = (frame - k * DATA.block) * DATA.elements;
+  const k = block_of(frame), all = await block(`apart-${k}`, (bytes) => bytes);
+  const first = (frame - k * DATA.block) * DATA.elements;
   return all.subarray(first, first + DATA.elements);
 }
 
@@ -98,8 +99,8 @@ function surface_of(bytes) {
   };
   const places = take(points), spray = take(drops), corners = new Uint32Array(3 * triangles), n = 3 * triangles;
   for (let k = 0, corner = 0; k < n; ++k) {
-    const folded = bytes[at + k] | (bytes[at + n + k] << 8) | (bytes[at + 2 * n + k] << 16) | (bytes[at + 3 * n + k] << 24);
-    corners[k] = corner += unfolded(folded);
+    const byte = (place) => bytes[at + place * n + k];
+    corners[k] = corner += unfolded(byte(0) | (byte(1) << 8) | (byte(2) << 16) | (byte(3) << 24));
   }
   return { places, corners, spray, codes };
 }

@@ -14,8 +14,9 @@ addEventListener("unhandledrejection", (event) => fail(String(event.reason)));
 
 const words = new URLSearchParams(location.hash.slice(1));
 const last = DATA.frames - 1, two = DATA.runs.length === 2;
-const state = { frame: Math.min(Math.max(Number(words.get("frame")) || 0, 0), last), mode: words.get("mode") === "over" && two ? "over" : "beside",
-  playing: false, slice: words.has("slice"), marked: undefined };
+const within = (frame) => Math.min(Math.max(frame, 0), last);
+const state = { frame: within(Number(words.get("frame")) || 0), playing: false, slice: words.has("slice"),
+  mode: two && words.get("mode") === "over" ? "over" : "beside", marked: undefined };
 let show_picture = async () => {};
 
 function picture() {
@@ -32,8 +33,8 @@ function picture() {
   controls.target.copy(middle);
   controls.update();
 
-  const scene = new THREE.Scene(), light = new THREE.DirectionalLight("#ffffff", 0.75);
-  scene.add(new THREE.HemisphereLight("#ffffff", "#9a9488", 0.55), light, light.target);
+  const scene = new THREE.Scene(), light = new THREE.DirectionalLight("#ffffff", 0.65);
+  scene.add(new THREE.HemisphereLight("#ffffff", "#9a9488", 0.45), light, light.target);
   light.target.position.copy(middle);
   scene.add(fixed_object());
   // Runs with the same bits share one object, which both halves of the picture show.
@@ -58,13 +59,20 @@ function picture() {
     renderer.setScissorTest(true);
     for (let pane = 0; pane < panes; ++pane) {
       const one = objects.length === 1, over = state.mode === "over" && two;
-      objects.forEach((object, k) => { object.visible = over || one || k === pane, object.fade(over && !one && k === 0 ? 0.35 : 1); });
+      objects.forEach((object, k) => {
+        object.visible = over || one || k === pane;
+        object.fade(over && !one && k === 0 ? 0.35 : 1);
+        object.traverse((part) => {
+          const uniforms = part.material && part.material.uniforms;
+          if (uniforms) uniforms.pixels.value = height * devicePixelRatio / 2;
+        });
+      });
       slices.forEach((object, k) => { object.visible = state.slice && (one || k === (over ? 1 : pane)); });
-      objects.forEach((object) => object.traverse((part) => {
-        if (part.material && part.material.uniforms) part.material.uniforms.pixels.value = height * devicePixelRatio / 2;
-      }));
       mark.visible = state.marked !== undefined && state.marked.frame === state.frame;
-      if (mark.visible) mark.position.set(...state.marked.place), mark.scale.setScalar(0.012 * camera.position.distanceTo(mark.position));
+      if (mark.visible) {
+        mark.position.set(...state.marked.place);
+        mark.scale.setScalar(0.012 * camera.position.distanceTo(mark.position));
+      }
       const x = Math.round(pane * width / panes), w = Math.round((pane + 1) * width / panes) - x;
       renderer.setViewport(x, 0, w, height), renderer.setScissor(x, 0, w, height);
       renderer.render(scene, camera);
@@ -83,35 +91,45 @@ function picture() {
 
 function labels() {
   document.querySelectorAll(".label").forEach((label) => label.remove());
-  const names = state.mode === "beside" || !two ? DATA.runs : [`${DATA.runs[1]}, coloured by its distance from ${DATA.runs[0]}`];
+  const [first, second] = DATA.runs, over = state.mode === "over" && two;
+  const names = over ? [`${second}, coloured by its distance from ${first}`] : DATA.runs;
   names.forEach((name, k) => {
     const label = document.createElement("span");
-    label.className = "label", label.textContent = name, label.style.left = `calc(${100 * k / names.length}% + .5em)`;
+    label.className = "label", label.textContent = name;
+    label.style.left = `calc(${100 * k / names.length}% + .5em)`;
     $("stage").appendChild(label);
   });
   $("legend") && $("legend").remove();
-  const over = state.mode === "over" && two, speeds = DATA.kind === "points" || DATA.kind === "bodies";
+  const speeds = DATA.kind === "points" || DATA.kind === "bodies";
   if (!over && !(speeds && DATA.time_step)) return;
   const legend = document.createElement("span"), bar = document.createElement("i");
   const table = over ? APART : DATA.kind === "points" ? SPEEDS : BRICKS;
   bar.style.background = `linear-gradient(90deg, ${table.map((c) => "#" + c.getHexString()).join(", ")})`;
-  const most = over ? `${(DATA.size).toPrecision(2)} m, by the logarithm` : `${(DATA.fast / DATA.time_step).toPrecision(2)} m/s`;
+  const most = over ? `${DATA.size.toPrecision(2)} m, by the logarithm`
+    : `${(DATA.fast / DATA.time_step).toPrecision(2)} m/s`;
   legend.id = "legend";
   legend.append(over ? `the same bits${DATA.same ? " everywhere" : ""}` : "0", bar, most);
   $("stage").appendChild(legend);
+}
+
+function apart_in_words(row) {
+  if (row.most === 0) return "the same in both";
+  const [most, rms] = [row.most, row.rms].map((distance) => distance.toPrecision(3));
+  return `largest distance ${most} m, of ${DATA.element} ${row.element}; rms ${rms} m`;
 }
 
 let showing = Promise.resolve(), marks = [];
 // Shows what `state` says, one frame after another.
 function show() {
   showing = showing.then(async () => {
-    const { frame } = state, row = DATA.rows[frame];
+    const { frame, marked } = state, row = DATA.rows[frame];
     await show_picture();
     marks.forEach((mark) => mark(frame));
     $("frame").value = frame;
-    $("time").textContent = `frame ${frame} of ${last}` + (DATA.time_step ? `, ${(frame * DATA.time_step).toFixed(3)} s` : "");
-    const apart = row && (row.most === 0 ? "the same in both" : `largest distance ${row.most.toPrecision(3)} m, of ${DATA.element} ${row.element}; rms ${row.rms.toPrecision(3)} m`);
-    $("said").textContent = (row ? `Frame ${frame}: ${apart}. ` : "") + (state.marked && state.marked.frame === frame ? state.marked.text : "");
+    const seconds = DATA.time_step ? `, ${(frame * DATA.time_step).toFixed(3)} s` : "";
+    $("time").textContent = `frame ${frame} of ${last}${seconds}`;
+    $("said").textContent = (row ? `Frame ${frame}: ${apart_in_words(row)}. ` : "")
+      + (marked && marked.frame === frame ? marked.text : "");
     if (row) shown.most = row.most, shown.rms = row.rms;
     shown.frame = frame, shown.mode = state.mode, shown.state = "ready";
   });
@@ -119,23 +137,23 @@ function show() {
 }
 
 async function go(frame, marked) {
-  state.frame = Math.min(Math.max(frame, 0), last);
+  state.frame = within(frame);
   state.marked = marked;
   return show();
 }
 
 // Jumps to a frame and marks the element that is farthest from the other run there.
 function go_and_mark(frame) {
-  frame = Math.min(Math.max(frame, 0), last);
+  frame = within(frame);
   const row = DATA.rows[frame];
   const text = row && `Marked: ${DATA.element} ${row.element}.`;
   return go(frame, row && row.most > 0 ? { frame, place: row.place, text } : undefined);
 }
 
 async function go_to_worst() {
-  const { frame, element } = DATA.verify_worst, steps = await steps_of(DATA.same ? 0 : 1, Math.min(frame, last));
+  const { frame, element } = DATA.verify_worst, steps = await steps_of(DATA.same ? 0 : 1, frame);
   const place = Array.from(places(steps).slice(3 * element, 3 * element + 3));
-  return go(frame, { frame: Math.min(frame, last), place, text: `Marked: ${DATA.element} ${element}, which verify's row names.` });
+  return go(frame, { frame, place, text: `Marked: ${DATA.element} ${element}, which verify's row names.` });
 }
 
 async function play(playing) {
@@ -144,7 +162,7 @@ async function play(playing) {
   $("play").textContent = playing ? "pause" : "play";
   let at = state.frame >= last ? 0 : state.frame, before = performance.now();
   while (state.playing && at < last) {
-    await new Promise(requestAnimationFrame);
+    await new Promise((resolve) => setTimeout(resolve, 16));
     const now = performance.now(), step = DATA.time_step || 1;
     at = Math.min(at + Math.min((now - before) / 1000, 0.25) * Number($("speed").value) / step, last);
     before = now;
@@ -155,14 +173,16 @@ async function play(playing) {
 
 function start() {
   $("title").textContent = `${DATA.scene}: ` + (two ? "serial and openmp" : DATA.runs[0]);
-  $("verdict").textContent = DATA.verdict + (two ? (DATA.same ? ` All ${DATA.frames} frames here have the same bits in both runs.` : " The two runs here differ.") : "");
+  const all = ` All ${DATA.frames} frames here have the same bits in both runs.`;
+  const bits = DATA.same ? all : " The runs here differ.";
+  $("verdict").textContent = DATA.verdict + (two ? bits : "");
   $("verdict").className = two && DATA.verdict && !DATA.passed ? "failed" : "";
   $("frame").max = last;
   $("mode").value = state.mode, $("slice").checked = state.slice;
   $("mode_of").hidden = !two, $("slice_of").hidden = !DATA.slice;
   $("worst").hidden = !DATA.verify_worst || !!DATA.slice || DATA.verify_worst.frame > last;
   marks = DATA.curves.map((curve) => draw_curve(curve, $("curves"), go_and_mark));
-  if (!window.DecompressionStream) return fail("This browser is too old to unpack the frames: it has no DecompressionStream.");
+  if (!window.DecompressionStream) return fail("This browser is too old: it has no DecompressionStream for the frames.");
   try {
     show_picture = picture();
   } catch (error) {
@@ -177,11 +197,13 @@ function start() {
   $("slice").onchange = () => (state.slice = $("slice").checked, show());
   $("worst").onclick = () => (play(false), go_to_worst());
   addEventListener("keydown", (event) => {
-    if (event.target.tagName === "SELECT" || event.target.tagName === "INPUT" || event.target.tagName === "BUTTON") return;
+    if (["SELECT", "INPUT", "BUTTON"].includes(event.target.tagName)) return;
     const does = { " ": "play", ArrowLeft: "back", ArrowRight: "forward" }[event.key];
     if (does) event.preventDefault(), $(does).click();
   });
   labels();
-  (words.has("mark") ? go_and_mark(state.frame) : words.has("worst") && DATA.verify_worst ? go_to_worst() : show()).then(() => words.has("play") && play(true));
+  const named = words.has("worst") && !$("worst").hidden;
+  const first = named ? go_to_worst() : words.has("mark") ? go_and_mark(state.frame) : show();
+  first.then(() => words.has("play") && play(true));
 }
 start();

@@ -114,7 +114,8 @@ class Recording:
         if self.kind is None:
             self.kind, self.surfaces = "bodies", read(paths["frame"])
         speed_2 = (vtk_to_numpy(points.GetArray("velocity")).astype(np.float64) ** 2).sum(axis=1)
-        self._add("kinetic energy without spin, J", float((0.5 * vtk_to_numpy(points.GetArray("mass")) * speed_2).sum()))
+        mass = vtk_to_numpy(points.GetArray("mass"))
+        self._add("kinetic energy without spin, J", float((0.5 * mass * speed_2).sum()))
         return pose
 
     def _positions(self, data):
@@ -125,10 +126,11 @@ class Recording:
             speed_2 = (vtk_to_numpy(velocity).astype(np.float64) ** 2).sum(axis=1)
             self._add("kinetic energy over mass, J/kg", float(0.5 * speed_2.mean()))
         if cells.GetArray("volume"):
-            self._add("least volume of a tetrahedron over that at rest", float(min(cells.GetArray("volume").GetRange())))
+            least = float(cells.GetArray("volume").GetRange()[0])
+            self._add("least volume of a tetrahedron over that at rest", least)
         if self.kind is None:
             self.kind = "points" if number else "mesh"
-            self.triangles = None if number else triangles_of(data)
+            self.triangles, self.is_flesh = None if number else triangles_of(data), bool(cells.GetArray("volume"))
         if number:
             ordered = np.empty_like(place)
             ordered[vtk_to_numpy(number)] = place

@@ -4,11 +4,12 @@
 const SPEEDS = ["#0b2f6b", "#1f6fb5", "#5fb3dd", "#b5e2ef", "#e8f7fa"].map((c) => new THREE.Color(c));
 const BRICKS = ["#d9cfbd", "#e0a84e", "#d0603c", "#a8333f", "#6a1a3a"].map((c) => new THREE.Color(c));
 const APART = ["#dddddd", "#ffe08a", "#f0a030", "#d0403c", "#5a1a5a"].map((c) => new THREE.Color(c));
-const PLAIN = { mesh: "#c0565f", surface: "#d9d2c5", liquid: "#3d86c6", bodies: "#d9cfbd", points: "#1f6fb5" };
+const PLAIN = { mesh: DATA.colour, surface: "#d9d2c5", liquid: "#3d86c6", bodies: "#d9cfbd", points: "#1f6fb5" };
 
 // The colour at x, 0 to 1, of a table.
 function colour_at(table, x, to, k) {
-  const at = Math.min(Math.max(x, 0), 1) * (table.length - 1), i = Math.min(Math.floor(at), table.length - 2), t = at - i;
+  const at = Math.min(Math.max(x, 0), 1) * (table.length - 1), i = Math.min(Math.floor(at), table.length - 2);
+  const t = at - i;
   const a = table[i], b = table[i + 1];
   to[3 * k] = a.r + t * (b.r - a.r), to[3 * k + 1] = a.g + t * (b.g - a.g), to[3 * k + 2] = a.b + t * (b.b - a.b);
 }
@@ -97,7 +98,8 @@ function corners_of(steps, local, body) {
 // Speed of each element as a share of a fast one, from this frame and one beside it.
 async function speeds_of(run, frame) {
   const other = frame % DATA.block ? frame - 1 : Math.min(frame + 1, DATA.frames - 1);
-  const a = places(await steps_of(run, frame)), b = places(await steps_of(run, other)), found = new Float32Array(DATA.elements);
+  const a = places(await steps_of(run, frame)), b = places(await steps_of(run, other));
+  const found = new Float32Array(DATA.elements);
   for (let k = 0; k < found.length; ++k)
     found[k] = Math.hypot(a[3 * k] - b[3 * k], a[3 * k + 1] - b[3 * k + 1], a[3 * k + 2] - b[3 * k + 2]) / DATA.fast;
   return found;
@@ -107,7 +109,8 @@ async function speeds_of(run, frame) {
 async function colours_of(run, frame, over, body) {
   const n = body ? body.length : DATA.elements, found = new Float32Array(3 * n);
   const moves = DATA.kind === "points" || DATA.kind === "bodies";
-  const codes = over ? await apart_of(frame) : undefined, speeds = !over && moves ? await speeds_of(run, frame) : undefined;
+  const codes = over ? await apart_of(frame) : undefined;
+  const speeds = !over && moves ? await speeds_of(run, frame) : undefined;
   const plain = new THREE.Color(over ? APART[0] : PLAIN[DATA.kind]);
   for (let k = 0; k < n; ++k) {
     const element = body ? body[k] : k;
@@ -132,7 +135,8 @@ function run_object(run) {
     };
   } else if (kind === "bodies" || kind === "mesh") {
     const of_bodies = kind === "bodies", surface = surface_object(of_bodies);
-    const local = of_bodies && numbers(DATA.bodies.points, Float32Array), body = of_bodies ? numbers(DATA.bodies.body, Uint32Array) : undefined;
+    const local = of_bodies ? numbers(DATA.bodies.points, Float32Array) : undefined;
+    const body = of_bodies ? numbers(DATA.bodies.body, Uint32Array) : undefined;
     const triangles = numbers(of_bodies ? DATA.bodies.triangles : DATA.triangles, Uint32Array);
     surface.geometry.setIndex(new THREE.BufferAttribute(triangles, 1));
     group.add(surface);
@@ -148,7 +152,8 @@ function run_object(run) {
     group.show = async (frame, over) => {
       const { places: at, corners, spray, codes } = await block(`run${run}-${frame}`, surface_of);
       const colours = new Float32Array(at.length), plain = new THREE.Color(over ? APART[0] : PLAIN[kind]);
-      for (let k = 0; k < at.length / 3; ++k) over && codes ? colour_of_code(codes[k], colours, k) : plain.toArray(colours, 3 * k);
+      for (let k = 0; k < at.length / 3; ++k)
+        over && codes ? colour_of_code(codes[k], colours, k) : plain.toArray(colours, 3 * k);
       surface.geometry.dispose();
       surface.geometry = new THREE.BufferGeometry();
       surface.geometry.setIndex(new THREE.BufferAttribute(corners, 1));
@@ -171,10 +176,11 @@ function run_object(run) {
   return group;
 }
 
-// The slice through the middle of a level set: white at the surface, blue within, red without, lines of equal distance.
+// The slice through the middle of a level set: pale at the surface, blue within, orange without.
 function slice_object(run) {
   const { columns, rows, corner, spacing } = DATA.slice;
-  const texels = new Uint8Array(4 * columns * rows), texture = new THREE.DataTexture(texels, columns, rows, THREE.RGBAFormat);
+  const texels = new Uint8Array(4 * columns * rows);
+  const texture = new THREE.DataTexture(texels, columns, rows, THREE.RGBAFormat);
   texture.magFilter = texture.minFilter = THREE.NearestFilter;
   const object = new THREE.Mesh(new THREE.PlaneBufferGeometry(columns * spacing, rows * spacing),
     new THREE.MeshBasicMaterial({ map: texture, side: THREE.DoubleSide }));
@@ -183,7 +189,8 @@ function slice_object(run) {
     const values = await block(`slice${run}-${frame}`, (bytes) => bytes);
     for (let k = 0; k < values.length; ++k) {
       const d = (values[k] - 127.5) / 127.5, strength = Math.round(60 + 150 * Math.abs(d));
-      texels.set(d < 0 ? [255 - strength, 255 - strength / 2, 255, 255] : [255, 255 - strength / 2, 255 - strength, 255], 4 * k);
+      const weak = 255 - strength, half = 255 - strength / 2;
+      texels.set(d < 0 ? [weak, half, 255, 255] : [255, half, weak, 255], 4 * k);
     }
     texture.needsUpdate = true;
   };

@@ -35,20 +35,22 @@ def fixed(run):
     return shown
 
 
-def fixed_shape(run):
-    """What stays as it is while elements move: triangles of a mesh, surfaces of bodies, the radius of particles."""
+def fixed_shape(run, size):
+    """What stays as it is while elements move within a box of a size, m: triangles of a mesh, surfaces of bodies, the
+    radius of particles."""
     if run.kind == "mesh":
-        return {"triangles": base64_of(run.triangles, "<u4")}
+        return {"triangles": base64_of(run.triangles, "<u4"), "colour": "#d9a58a" if run.is_flesh else "#b23a48"}
     if run.kind == "points":
-        return {"radius": 0.5 * nearest(run.values[0]), "fast": fast(run)}
-    return {"bodies": bodies(run), "fast": fast(run)}
+        return {"radius": 0.5 * nearest(run.values[0]), "fast": fast(run, size)}
+    return {"bodies": bodies(run), "fast": fast(run, size)}
 
 
-def fast(run):
-    """How far a fast element moves in a frame, m: all but one in fifty are slower, in the fastest of some frames."""
-    steps = range(0, run.count - 1, max(1, run.count // 16))
+def fast(run, size):
+    """How far a fast element moves in a frame, m: all but one in two hundred are slower, in the fastest of some frames.
+    At least a hundred steps of the page's numbers, so that colours show no rounding."""
+    steps = range(0, run.count - 1, max(1, run.count // 200))
     ways = [np.linalg.norm(run.values[f + 1, :, :3] - run.values[f, :, :3], axis=1) for f in steps]
-    return max([float(np.percentile(way, 98)) for way in ways if len(way)], default=0.0) or 1.0
+    return max([100 * size / pack.STEPS, *(float(np.percentile(way, 99.5)) for way in ways if len(way))])
 
 
 def nearest(points):

@@ -9,6 +9,7 @@ import argparse
 import json
 import os
 import pathlib
+import signal
 import sys
 import tempfile
 
@@ -26,16 +27,19 @@ LICENCE = pathlib.Path("/usr/share/doc/libjs-three/copyright")
 
 def recordings(options, folder):
     """Both runs, or one, and the row of verify; None where there is none."""
-    given = [word for name in ("frames", "threads") if vars(options)[name] for word in (f"--{name}", vars(options)[name])]
+    given = [(f"--{name}", vars(options)[name]) for name in ("frames", "threads")]
+    given = [word for name, value in given if value for word in (name, value)]
 
     def record(variant, form):
         chosen = ["--form", form] if form else []
-        return Recording(options.program, ["--scene", options.scene, "--variant", variant, *chosen, *given], folder / variant)
+        arguments = ["--scene", options.scene, "--variant", variant, *chosen, *given]
+        return Recording(options.program, arguments, folder / variant)
 
     if options.variant:
         return [record(options.variant, options.form)], None
     openmp = record("openmp", options.form)
-    row = compare.verdict(options.program, options.scene, openmp.form, openmp.kind, options.threads or os.cpu_count(), folder / "row.json")
+    threads = options.threads or os.cpu_count()
+    row = compare.verdict(options.program, options.scene, openmp.form, openmp.kind, threads, folder / "row.json")
     # The twin with the same bits, or what a physical verdict compares whole runs with: serial's first form.
     serial = record("serial", None if row and row["verdict"] == "physical" else openmp.form)
     return [serial, openmp], row
@@ -45,7 +49,8 @@ def curves_of(runs, rows, row):
     """The curves of a page: each has lines of numbers a frame, from the frame `from`."""
     curves = []
     if rows:
-        lines = [{"label": label, "from": 0, "values": [r[key] for r in rows]} for label, key in (("rms", "rms"), ("largest", "most"))]
+        named = (("rms", "rms"), ("largest", "most"))
+        lines = [{"label": label, "from": 0, "values": [r[key] for r in rows]} for label, key in named]
         for course in (row or {}).get("courses", [])[:1]:
             start = {"from": course["from"] + 1}
             since = f"verify, both from frame {course['from']}"
@@ -108,7 +113,7 @@ def page_data(options, runs, row):
             blocks["run1"] = [shapes.surface_block(last, f, low, high, (first, size)) for f in range(first.count)]
             blocks["slice1"] = list(shapes.slices(last))
     else:
-        data |= shapes.fixed_shape(first)
+        data |= shapes.fixed_shape(first, size)
         data["elements"], data["components"] = first.values.shape[1:]
         ends = [[*low, *4 * (-1.0,)], [*high, *4 * (1.0,)]] if first.kind == "bodies" else [low, high]
         blocks = {"run0": list(pack.blocks(first.values, *map(np.array, ends)))}
@@ -125,7 +130,9 @@ def page_data(options, runs, row):
 def page(data, blocks):
     """The whole page; what is put into it is never put into again."""
     scripts = "\n".join(
-        f'<script type="text/plain" id="{name}-{k}">{text}</script>' for name, all_ in blocks.items() for k, text in enumerate(all_)
+        f'<script type="text/plain" id="{name}-{k}">{text}</script>'
+        for name, texts in blocks.items()
+        for k, text in enumerate(texts)
     )
     licence = LICENCE.read_text("utf-8") if LICENCE.exists() else "three.js, copyright its authors, MIT licence"
     parts = {
@@ -172,4 +179,7 @@ def main():
 
 
 if __name__ == "__main__":
+    # Frames that are on the disk are removed however it ends.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda number, _: sys.exit(128 + number))
     sys.exit(main())
