@@ -71,7 +71,7 @@ const std::map<std::string, int> floors = {
     {"production_fluid/extend_level_set", 60},
     {"production_fluid/extrapolate", 58},
     {"production_fluid/make_system", 82},
-    {"production_fluid/multigrid", 56},
+    {"production_fluid/multigrid", 75},
     {"production_fluid/pressure_solve", 58},
     {"production_fluid/project", 96},
     {"production_fluid/redistance", 95},

@@ -4,7 +4,7 @@
 // Arrays are bordered, and rows of lanes begin at multiples of sixteen places, wherever in a line that is: a smoother
 // does the same at every place, and finds 0 where there is no row. Only transfers go line by line.
 //
-// No serial twin: the serial form goes through all places of a grid.
+// The serial form (serial/production_fluid/multigrid_levels.h) goes through all places of a grid.
 #pragma once
 
 #include <algorithm>
