@@ -182,7 +182,7 @@ function start() {
   $("mode_of").hidden = !two, $("slice_of").hidden = !DATA.slice;
   $("worst").hidden = !DATA.verify_worst || !!DATA.slice || DATA.verify_worst.frame > last;
   marks = DATA.curves.map((curve) => draw_curve(curve, $("curves"), go_and_mark));
-  if (!window.DecompressionStream) return fail("This browser is too old: it has no DecompressionStream for the frames.");
+  if (!window.DecompressionStream) return fail("This browser is too old: it cannot inflate (no DecompressionStream).");
   try {
     show_picture = picture();
   } catch (error) {
