@@ -159,7 +159,7 @@ async function go_to_worst() {
 async function play(playing) {
   if (playing === state.playing) return;
   state.playing = playing;
-  $("play").textContent = playing ? "pause" : "play";
+  $("play_button").textContent = playing ? "pause" : "play";
   let at = state.frame >= last ? 0 : state.frame, before = performance.now();
   while (state.playing && at < last) {
     await new Promise((resolve) => setTimeout(resolve, 16));
@@ -178,9 +178,9 @@ function start() {
   $("verdict").textContent = DATA.verdict + (two ? bits : "");
   $("verdict").className = two && DATA.verdict && !DATA.passed ? "failed" : "";
   $("frame").max = last;
-  $("mode").value = state.mode, $("slice").checked = state.slice;
+  $("mode").value = state.mode, $("slice_box").checked = state.slice;
   $("mode_of").hidden = !two, $("slice_of").hidden = !DATA.slice;
-  $("worst").hidden = !DATA.verify_worst || !!DATA.slice || DATA.verify_worst.frame > last;
+  $("worst_button").hidden = !DATA.verify_worst || !!DATA.slice || DATA.verify_worst.frame > last;
   marks = DATA.curves.map((curve) => draw_curve(curve, $("curves"), go_and_mark));
   if (!window.DecompressionStream) return fail("This browser is too old: it cannot inflate (no DecompressionStream).");
   try {
@@ -189,20 +189,20 @@ function start() {
     fail("This browser has no WebGL, which the picture needs; the curves below do not.");
     shown.error = `no WebGL: ${error}`;
   }
-  $("play").onclick = () => play(!state.playing);
+  $("play_button").onclick = () => play(!state.playing);
   $("back").onclick = () => (play(false), go(state.frame - 1));
   $("forward").onclick = () => (play(false), go(state.frame + 1));
   $("frame").oninput = () => (play(false), go(Number($("frame").value)));
   $("mode").onchange = () => (state.mode = $("mode").value, labels(), show());
-  $("slice").onchange = () => (state.slice = $("slice").checked, show());
-  $("worst").onclick = () => (play(false), go_to_worst());
+  $("slice_box").onchange = () => (state.slice = $("slice_box").checked, show());
+  $("worst_button").onclick = () => (play(false), go_to_worst());
   addEventListener("keydown", (event) => {
     if (["SELECT", "INPUT", "BUTTON"].includes(event.target.tagName)) return;
-    const does = { " ": "play", ArrowLeft: "back", ArrowRight: "forward" }[event.key];
+    const does = { " ": "play_button", ArrowLeft: "back", ArrowRight: "forward" }[event.key];
     if (does) event.preventDefault(), $(does).click();
   });
   labels();
-  const named = words.has("worst") && !$("worst").hidden;
+  const named = words.has("worst") && !$("worst_button").hidden;
   const first = named ? go_to_worst() : words.has("mark") ? go_and_mark(state.frame) : show();
   first.then(() => words.has("play") && play(true));
 }
