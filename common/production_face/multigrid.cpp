@@ -27,7 +27,10 @@ std::shared_ptr<const CoarseFactor> factor(const linear::BlockRows<Real>& a) {
   matrix.setFromTriplets(entries.begin(), entries.end());
   auto result = std::make_shared<CoarseFactor>();
   result->factor.compute(matrix);
-  const bool is_definite = result->factor.info() == Eigen::Success && (result->factor.vectorD().array() > 0).all();
+  if (result->factor.info() != Eigen::Success) return nullptr;
+  // What pivots rounding cannot have made of 0, with room to spare.
+  const Eigen::VectorXd size = result->factor.permutationP() * Eigen::VectorXd(matrix.diagonal().cwiseAbs());
+  const bool is_definite = (result->factor.vectorD().array() > 1e-6 * size.array()).all();
   return is_definite ? result : nullptr;
 }
 

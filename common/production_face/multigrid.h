@@ -31,7 +31,8 @@ namespace lockstep::production_face {
 // A factor of a symmetric, definite matrix in double.
 class CoarseFactor;
 
-// A factor of A; rows that are 0 get a 1 on the diagonal. None, if A is not definite.
+// A factor of A; rows that are 0 get a 1 on the diagonal. None, if A is not definite beyond the
+// rounding of K.
 template <class Real>
 std::shared_ptr<const CoarseFactor> factor(const linear::BlockRows<Real>& a);
 // z = A^-1 r.
