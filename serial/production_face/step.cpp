@@ -182,7 +182,8 @@ void step_facesim(const Face<Real>& face, const Target<Real>& target, double, Po
 
 Memory make_memory(const Face<Real>& face) {
   const std::size_t n = 3 * static_cast<std::size_t>(face.body.nodes);
-  Memory memory = {.strained = make_strained(face.body), .k = make_block_rows<Real>(face.pattern)};
+  Memory memory;
+  memory.strained = make_strained(face.body), memory.k = make_block_rows<Real>(face.pattern);
   for (Array<Real>* vector : {&memory.force, &memory.change, &memory.bones}) vector->resize(n);
   memory.before.resize(face.body.nodes);
   memory.multigrid = make_multigrid(face.coarsening, memory.k);
