@@ -97,7 +97,8 @@ drawn = build/figures$(if $(FIGURE),/$(FIGURE))
 
 pictures: build/lockstep  ## render README's pictures, notes/pictures/*.png, from frames of our own
 	for run in castle_hit:54 dam_break_100k:200 garment:150 mesh_96:1 falling_drop:20 glass_48:22 \
-	  face_smile:12 face_frown:12 face_open_mouth:12 face_pucker:12 face_surprise:12; do \
+	  face_smile:12 face_frown:12 face_open_mouth:12 face_pucker:12 face_surprise:12 \
+	  curtain_and_ball_5k:200 ball_5k:120 tube_5k:100 funnel:180; do \
 	  build/lockstep run --scene $${run%:*} --frames $${run#*:} --out build/pictures/$${run%:*} --force || exit 1; done
 	xvfb-run -a $(PYTHON) notes/pictures/render.py build/pictures notes/pictures
 

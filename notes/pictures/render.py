@@ -376,7 +376,43 @@ def faces(frames, path):
     render(path, shown, eye=(0, -0.01, 1.25), focus=(0, -0.01, 0), shade=0.01, angle=25)
 
 
-pictures = {shown.__name__: shown for shown in (castle, dam_break, garment, level_set, falling_drop, glass, faces)}
+def draped(folder, colour):
+    """A cloth, and the bodies that it lies on."""
+    return [actor(smooth(last(folder)), colour), actor(smooth(last(folder, "obstacles")), "#d8d4cd")]
+
+
+def curtain(frames, path):
+    """A curtain that a ball pushes through, held at two corners."""
+    shown = draped(frames / "curtain_and_ball_5k", "#b23a48")
+    render(path, shown, eye=(2.3, 1.4, 3.7), focus=(0, 0.78, 0.2), shade=0.12)
+
+
+def cloth_on_ball(frames, path):
+    """A cloth that has fallen over a ball."""
+    shown = draped(frames / "ball_5k", "#3d6fa8")
+    render(path, shown, eye=(0.8, 0.65, 1.3), focus=(0, -0.08, 0), shade=0.1)
+
+
+def twisted_tube(frames, path):
+    """A tube whose ends turn opposite ways."""
+    tube = actor(smooth(last(frames / "tube_5k")), "#c98a3a")
+    render(path, [tube], eye=(0.35, 0.45, 1.75), focus=(0, 0, 0), shade=0.08)
+
+
+def funnel(frames, path):
+    """Three sheets in a funnel of boards, pressed by a ball."""
+    folder = frames / "funnel"
+    sheets = actor(smooth(last(folder)), "#6a8f4e")
+    bodies = actor(last(folder, "obstacles"), "#cfc8ba")
+    bodies.GetProperty().SetOpacity(0.35)
+    render(path, [sheets, bodies], eye=(0.7, 1.1, 1.3), focus=(0, 0.15, 0), shade=0.08)
+
+
+pictures = {
+    shown.__name__: shown
+    for shown in (castle, dam_break, garment, level_set, falling_drop, glass, faces)
+    + (curtain, cloth_on_ball, twisted_tube, funnel)
+}
 
 if __name__ == "__main__":
     frames, folder = map(pathlib.Path, sys.argv[1:3])
