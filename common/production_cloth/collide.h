@@ -29,7 +29,7 @@ struct CollideMemory {
 
 // find_impacts(start, end, impacts): continuous collision detection between the two. impulses(impacts, velocity): one
 // round. move_zones is the twin's. start, m, free of intersections; inverse_mass, 1/kg, 0 of held vertices, which end
-// where `position` has them. position, m, at the end of the step, and velocity, m/s, change for free vertices that meet.
+// where `position` has them. position, m, at the end of the step, and velocity, m/s, change where free vertices meet.
 template <class Real, class FindImpacts, class RoundOfImpulses>
 Collided collide(const FindImpacts& find_impacts, const RoundOfImpulses& impulses, MoveZones<Real>& move_zones,
                  const Array<Real>& inverse_mass, Real time_step, const Vectors<Real>& start, Vectors<Real>& position,

@@ -9,8 +9,8 @@
 //
 //   gain of the normal speed s = max(-s, 0) + max(min(dt k d mean(1/m_i), .1 d/dt - max(s, 0)), 0),  d = h - distance
 //
-//   so that a step undoes a tenth of the overlap at most; with friction (respond.h). No contact attracts. Positions stay
-//   what they are: weights and normals are those at which the pairs were measured.
+//   so that a step undoes a tenth of the overlap at most; with friction (respond.h). No contact attracts. Positions
+//   stay what they are: weights and normals are those at which the pairs were measured.
 //
 //   original  one contact after another, in order, each from the velocities that the one before has left
 //   batches   likewise, in the order of first-fit batches (contact_batches.h)

@@ -40,12 +40,14 @@ LOCKSTEP_INLINE PairLanes load_pairs(const Array<ElementPair>& pairs, int i, con
   return p;
 }
 
-// Which of some pairs are excluded, a bit a pair.
-std::uint32_t excluded_of(std::uint32_t which, const ElementPair* pairs, const Array<ElementPair>& excluded) {
+// Which of some pairs are excluded, a bit a pair. `next` is the first that is not before them, and moves on.
+std::uint32_t excluded_of(std::uint32_t which, const ElementPair* pairs, const ElementPair* end,
+                          const ElementPair*& next) {
   std::uint32_t found = 0;
   for (; which != 0; which &= which - 1) {
     const int l = std::countr_zero(which);
-    found |= std::uint32_t(std::ranges::binary_search(excluded, pairs[l])) << l;
+    while (next != end && *next < pairs[l]) ++next;
+    found |= std::uint32_t(next != end && *next == pairs[l]) << l;
   }
   return found;
 }
@@ -57,13 +59,16 @@ void add_near(const Array<ElementPair>& pairs, const Array<ElementPair>& exclude
   lockstep::openmp::Compaction near(static_cast<int>(pairs.size()));
   // A chunk's pairs are one thread's.
 #pragma omp parallel for schedule(static)
-  for (int chunk = 0; chunk < near.chunks(); ++chunk)
+  for (int chunk = 0; chunk < near.chunks(); ++chunk) {
+    const ElementPair* const end = excluded.data() + excluded.size();
+    const ElementPair* next = std::lower_bound(excluded.data(), end, pairs[chunk * near.chunk_size]);
     near.for_each_sixteen(chunk, [&](int i) {
       const Closest<Number> closest = closest_of(load_pairs(pairs, i, position, corners_of).x);
       const maskv inside = first_lanes(static_cast<int>(pairs.size()) - i);
       const std::uint32_t which = bits(inside & (closest.square < thickness * thickness) & (closest.square > 0.f));
-      near.choose(i, lanes_of(which & ~excluded_of(which, &pairs[i], excluded)));
+      near.choose(i, lanes_of(which & ~excluded_of(which, &pairs[i], end, next)));
     });
+  }
   const int first = static_cast<int>(contacts.count);
   contacts.resize(first + near.add_up());
   // A pair that is near has a place of its own.

@@ -1,7 +1,8 @@
 // Rigid impact zones: vertices that go on meeting move on as one rigid body.
 //
-// Zones are shared out to threads as they come: their sizes differ. Each is one thread's, sums in the order of vertices,
-// so that who takes which does not matter. Impacts are united in sequence: that is little beside finding them.
+// Zones are shared out to threads as they come: their sizes differ. Each is one thread's, with sums in the order of
+// vertices, so that who takes which does not matter. Impacts are united in sequence, which is little beside finding
+// them.
 //
 // The contract stands in common/production_cloth/zones.h.
 #include "common/production_cloth/zones.h"

@@ -20,19 +20,24 @@
 namespace lockstep::production_cloth::serial {
 namespace {
 
+using Number = Real;
+
 // Adds the pairs of one kind that are nearer than the thickness.
 template <class CornersOf, class ClosestOf>
 void add_near(const Array<ElementPair>& pairs, const Array<ElementPair>& excluded, const Vectors<Real>& position,
               Real thickness, const CornersOf& corners_of, const ClosestOf& closest_of, Contacts<Real>& contacts) {
+  const ElementPair* const end = excluded.data() + excluded.size();
+  const ElementPair* next = excluded.data();  // the first that is not before the pair
   for (const ElementPair& pair : pairs) {
     const std::array<std::int32_t, 4> corner = corners_of(pair);
-    Vector3<Real> x[4];
+    Vector3<Number> x[4];
     for (int i = 0; i < 4; ++i) x[i] = load(position, corner[i]);
-    const Closest<Real> closest = closest_of(x);
+    const Closest<Number> closest = closest_of(x);
     if (!(closest.square < thickness * thickness && closest.square > 0)) continue;
-    if (std::ranges::binary_search(excluded, pair)) continue;
-    const Real distance = sqrt(closest.square);
-    const Vector3<Real> normal = (1 / distance) * closest.difference;
+    while (next != end && *next < pair) ++next;
+    if (next != end && *next == pair) continue;
+    const Number distance = sqrt(closest.square);
+    const Vector3<Number> normal = (1 / distance) * closest.difference;
     const std::size_t k = 4 * contacts.count;
     contacts.resize(contacts.count + 1);
     std::ranges::copy(corner, &contacts.corner[k]);
@@ -49,8 +54,8 @@ void near_contacts(const Topology& topology, const ElementPairs& pairs, const El
   const auto point_triangle = [&](const ElementPair& pair) { return corners_of_point_triangle(topology, pair); };
   const auto edge_edge = [&](const ElementPair& pair) { return corners_of_edge_edge(topology, pair); };
   add_near(pairs.point_triangle, excluded.point_triangle, position, thickness, point_triangle,
-           closest_of_point_triangle<Real>, contacts);
-  add_near(pairs.edge_edge, excluded.edge_edge, position, thickness, edge_edge, closest_of_edge_edge<Real>, contacts);
+           closest_of_point_triangle<Number>, contacts);
+  add_near(pairs.edge_edge, excluded.edge_edge, position, thickness, edge_edge, closest_of_edge_edge<Number>, contacts);
 }
 
 void repulse_original(const Contacts<Real>& contacts, const Contact& contact, const Array<Real>& inverse_mass,
