@@ -12,7 +12,7 @@ PAPER = (
 )
 PAPER_AT_64 = 50
 FORM = "newton"  # of the step
-MODULES = {"update_state": "exact", "forces": "gather", "assemble": "", "solve": "block_jacobi", "move": None}
+MODULES = {"update_state": "exact", "forces": "gather", "assemble": "", "solve": "multigrid", "move": None}
 SCALED_ON = "block_370k"
 REPORTS = module_times.reports("face_modules", "production_face", MODULES)
 
