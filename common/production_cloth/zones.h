@@ -92,8 +92,7 @@ void unite(const Contacts<Real>& impacts, Zones& zones) {
   std::ranges::sort(zones.vertex, [&](std::int32_t a, std::int32_t b) {
     return zones.parent[a] != zones.parent[b] ? zones.parent[a] < zones.parent[b] : a < b;
   });
-  const auto repeated = std::ranges::unique(zones.vertex);
-  zones.vertex.erase(repeated.begin(), repeated.end());
+  zones.vertex.erase(std::unique(zones.vertex.begin(), zones.vertex.end()), zones.vertex.end());
   zones.begin.assign(1, 0);
   for (std::size_t k = 1; k <= zones.vertex.size(); ++k)
     if (k == zones.vertex.size() || zones.parent[zones.vertex[k]] != zones.parent[zones.vertex[k - 1]])
