@@ -122,7 +122,10 @@ std::size_t chunks_of(const Array<ElementPair>& pairs) { return (pairs.size() + 
 
 void ccd(const Topology& topology, const ElementPairs& pairs, const Vectors<Real>& start, const Vectors<Real>& end,
          CcdMemory& memory, Contacts<Real>& impacts) {
-  auto& [vertex, found, part, before] = memory;
+  Array<float>& vertex = memory.vertex;
+  std::vector<std::vector<Found>>& found = memory.found;
+  std::vector<CcdMemory::Part>& part = memory.part;
+  std::vector<std::size_t>& before = memory.before;
   const std::size_t of_triangles = chunks_of(pairs.point_triangle), chunks = of_triangles + chunks_of(pairs.edge_edge);
   vertex.resize(8 * static_cast<std::size_t>(topology.vertices));
   found.resize(std::max<std::size_t>(found.size(), omp_get_max_threads()));
