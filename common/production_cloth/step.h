@@ -10,11 +10,11 @@
 //
 // Held vertices go to their places, whatever pushes them.
 //
-// The search covers a motion from x that ends within `room` of x + 2 h v, along each axis. Where 4 or 5 leave that, it
-// is done again.
+// The search covers motions that end within `room` of x + 2 h v, along each axis. It is repeated where 4 or 5 leave
+// that.
 //
-// Collisions are looked for among all pairs after every change, so that a step that ends has none. Where even the zones
-// leave some after `most_zone_rounds`, the step is cut off: the cloth stays where it was, and rests.
+// Every change of the motion is followed by collision detection of all pairs. So a step ends without collisions, or is
+// cut off: where `most_zone_rounds` of zones leave some, the cloth stays where it was, and rests.
 //
 //   original   repulsions and impulses one after another, in the order of pairs; serial alone
 //   jacobi     all at once, from the velocities before; a vertex takes the sum
@@ -55,11 +55,11 @@ struct Cloth {
   linear::Stop stop;      // of a solve
 };
 
-// The search's room beside the predicted ends, in thicknesses. Elements nearer than the thickness at x are found with
-// half a thickness.
+// The search's room beside the predicted ends, in thicknesses. At least a half: then elements that are nearer than the
+// thickness at x are found.
 inline constexpr double room_of_search = 1.25;
 
-// What is nearer than this at rest does not repel, in thicknesses: neighbours of neighbours stay so.
+// Pairs nearer than this at rest, in thicknesses, do not repel: neighbours of neighbours.
 inline constexpr double neighbours_within = 1.5;
 
 // The modules of a step.

@@ -1,15 +1,15 @@
 // A step of the cloth by Newmark's method, free of collisions with itself.
 //
-// Elastic forces are stiff, yet a cloth that is to show its folds needs steps no longer than they allow in any case. So
-// they are explicit, and cost one pass over the elements. Damping is stiffer still, and harmless to solve for: it is
-// linear in velocities and definite. So it is implicit, and a few iterations of conjugate gradients do.
+// Elastic forces are explicit: one pass over the elements. They bound the length of a step, and folds need short steps
+// anyway. Damping would bound it further. It is linear in velocities and positive definite, so it is solved for: a few
+// iterations of conjugate gradients.
 //
-// Contact changes velocities in the middle of the step: first by cheap repulsions of what is near, which leave little to
-// do for the dear rest: continuous collision detection in rounds, and rigid zones in the end. What contact has changed
-// the middle velocity by counts as an impulse at the start of the step, so that the second half begins with it.
+// Contact changes the velocity in the middle of the step. Repulsions of near elements come first; they are cheap, and
+// leave few collisions. Collisions cost more: continuous collision detection with rounds of impulses, then rigid zones.
+// The change of the middle velocity counts as an impulse at the start of the step, so the second half begins with it.
 //
-// One search for pairs serves a step. It covers the motion that the velocities at the start foretell, with some room,
-// and is only done again where the motion leaves that.
+// One search for pairs serves a step. It covers the motion that the start's velocities predict, and some room beside
+// it. It is repeated where the motion leaves that room.
 //
 // The contract stands in common/production_cloth/step.h.
 #include "common/production_cloth/step.h"

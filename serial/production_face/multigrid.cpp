@@ -1,12 +1,12 @@
 // Coarse levels of the face's multigrid.
 //
-// Jacobi's method wears off errors that change from node to node, but takes as many iterations as there are nodes across
-// the face to pass on a push at one end to the other. Errors that change slowly are nearly rigid motions of neighbouring
-// nodes. So these are solved for as rigid motions: of aggregates of nodes, whose matrix is P^T K P and has a fiftieth of
-// the rows; and within that, in the same way, of larger aggregates.
+// Jacobi's method removes errors that change from node to node. It passes a push on by one node an iteration, so smooth
+// errors take as many iterations as there are nodes across the face. Smooth errors are nearly rigid motions of
+// neighbouring nodes. So they are solved for as rigid motions of aggregates of nodes. Their matrix is P^T K P, with a
+// fiftieth of the rows. It is solved in the same way, by larger aggregates.
 //
-// What the motions do not explain is worn off by Jacobi's method before and after, on each level. Coarse levels are small,
-// so they are gone through twice.
+// Jacobi's method removes what rigid motions do not explain, before and after, on each level. Coarse levels are small,
+// so each is gone through twice.
 //
 // The contract stands in common/production_face/multigrid.h.
 #include "common/production_face/multigrid.h"

@@ -21,8 +21,6 @@ namespace {
 
 using namespace production_cloth;
 
-// --- A folded cloth
-
 double longest_edge(const Topology& topology, const Vectors<double>& rest) {
   double longest = 0;
   for (const auto& [a, b] : topology.edges) {
@@ -61,78 +59,6 @@ void fold(const Scene& scene, ContactInputs& in) {
   }
 }
 
-// --- Pairs, by a grid
-
-struct Box {
-  Vector3<double> low, high;
-};
-
-Box box_of(const Vectors<float>& position, std::initializer_list<std::int32_t> corners, double margin) {
-  Box box = {{1e30, 1e30, 1e30}, {-1e30, -1e30, -1e30}};
-  for (const std::int32_t v : corners) {
-    const double x = position.x[v], y = position.y[v], z = position.z[v];
-    box.low = {std::min(box.low.x, x), std::min(box.low.y, y), std::min(box.low.z, z)};
-    box.high = {std::max(box.high.x, x), std::max(box.high.y, y), std::max(box.high.z, z)};
-  }
-  const Vector3<double> m = {margin, margin, margin};
-  return {box.low - m, box.high + m};
-}
-
-using Cell = std::array<std::int64_t, 3>;
-
-template <class F>
-void for_each_cell(const Box& box, double size, const F& f) {
-  const auto cell = [&](double x) { return static_cast<std::int64_t>(std::floor(x / size)); };
-  for (auto x = cell(box.low.x); x <= cell(box.high.x); ++x)
-    for (auto y = cell(box.low.y); y <= cell(box.high.y); ++y)
-      for (auto z = cell(box.low.z); z <= cell(box.high.z); ++z) f(Cell{x, y, z});
-}
-
-// Calls f(i, j) once for all boxes a[i], b[j] that overlap.
-template <class F>
-void for_each_overlap(const std::vector<Box>& a, const std::vector<Box>& b, double size, const F& f) {
-  std::vector<std::pair<Cell, std::int32_t>> inside;
-  for (std::size_t j = 0; j < b.size(); ++j)
-    for_each_cell(b[j], size, [&](const Cell& cell) { inside.emplace_back(cell, j); });
-  std::ranges::sort(inside);
-  for (std::size_t i = 0; i < a.size(); ++i)
-    for_each_cell(a[i], size, [&](const Cell& cell) {
-      for (auto at = std::ranges::lower_bound(inside, std::pair(cell, std::int32_t(0)));
-           at != inside.end() && at->first == cell; ++at) {
-        const Box& other = b[at->second];
-        const Box common = {
-            {std::max(a[i].low.x, other.low.x), std::max(a[i].low.y, other.low.y), std::max(a[i].low.z, other.low.z)},
-            {std::min(a[i].high.x, other.high.x), std::min(a[i].high.y, other.high.y),
-             std::min(a[i].high.z, other.high.z)}};
-        if (common.low.x > common.high.x || common.low.y > common.high.y || common.low.z > common.high.z) continue;
-        bool first = true;  // the pair is found in each cell of what is common; it counts in the first
-        for_each_cell({common.low, common.low}, size, [&](const Cell& lowest) { first = lowest == cell; });
-        if (first) f(static_cast<std::int32_t>(i), at->second);
-      }
-    });
-}
-
-template <std::size_t n, std::size_t m>
-bool meet(const std::array<std::int32_t, n>& a, const std::array<std::int32_t, m>& b) {
-  return std::ranges::find_first_of(a, b) != a.end();
-}
-
-ElementPairs pairs_of(const Topology& topology, const Vectors<float>& position, double thickness, double size) {
-  std::vector<Box> points, edges, triangles;
-  for (int v = 0; v < topology.vertices; ++v) points.push_back(box_of(position, {v}, thickness / 2));
-  for (const auto& [a, b] : topology.edges) edges.push_back(box_of(position, {a, b}, thickness / 2));
-  for (const auto& [a, b, c] : topology.triangles) triangles.push_back(box_of(position, {a, b, c}, thickness / 2));
-  ElementPairs pairs;
-  for_each_overlap(points, triangles, size, [&](std::int32_t a, std::int32_t b) {
-    if (!meet(std::array{a}, topology.corners(b))) pairs.point_triangle.push_back({a, b});
-  });
-  for_each_overlap(edges, edges, size, [&](std::int32_t a, std::int32_t b) {
-    if (a < b && !meet(topology.edges[a], topology.edges[b])) pairs.edge_edge.push_back({a, b});
-  });
-  std::ranges::sort(pairs.point_triangle), std::ranges::sort(pairs.edge_edge);
-  return pairs;
-}
-
 }  // namespace
 
 std::shared_ptr<const ContactInputs> contact_inputs(const std::string& path) {
@@ -140,16 +66,16 @@ std::shared_ptr<const ContactInputs> contact_inputs(const std::string& path) {
     ContactInputs in;
     in.scene = inputs(path);
     const Scene& scene = *in.scene;
-    const double size = longest_edge(scene.topology, scene.rest), thickness = scene.contact.thickness;
+    const auto thickness = static_cast<float>(scene.contact.thickness);
     in.time_step = static_cast<float>(scene.frame_time / scene.substeps);
     in.inverse_mass = inverse_masses(scene);
     fold(scene, in);
-    in.pairs = pairs_of(scene.topology, in.position, thickness, size);
+    in.pairs = pairs_within(scene.topology, in.position, in.position, thickness / 2);
     for (std::size_t k = 3; k < in.pairs.point_triangle.size(); k += 7)
       in.excluded.point_triangle.push_back(in.pairs.point_triangle[k]);
     for (std::size_t k = 4; k < in.pairs.edge_edge.size(); k += 7)
       in.excluded.edge_edge.push_back(in.pairs.edge_edge[k]);
-    serial::near_contacts(scene.topology, in.pairs, in.excluded, in.position, static_cast<float>(thickness), in.nearby);
+    serial::near_contacts(scene.topology, in.pairs, in.excluded, in.position, thickness, in.nearby);
     return in;
   });
 }

@@ -14,8 +14,7 @@ namespace lockstep::production_cloth {
 struct MovingInputs {
   Cloth<float> cloth;
   Motion<float> motion;
-  Script<float> script;   // of the next step
-  std::int64_t near = 0;  // pairs, in it
+  Script<float> script;  // of the next step
 };
 
 double bytes_of(const MovingInputs& inputs);
