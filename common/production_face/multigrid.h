@@ -1,4 +1,4 @@
-// Multigrid for K of a face, of whose cycle the form `multigrid` of the solve (solve.h) makes its preconditioner:
+// Multigrid for K of a face. One cycle, z of r, is the preconditioner of the form `multigrid` (solve.h):
 //
 //   z = S r,   S = w times the inverse of the blocks on the diagonal: 3x3 of K, 6x6 of a coarse matrix A = P^T K P
 //   z += P C P^T (r - A z),   C r the z of the next level (coarsening.h)
@@ -10,10 +10,9 @@
 // are at most 4 where K is semi-definite, and with w = 1/2 smoothing enlarges no error: the cycle is symmetric, and
 // definite.
 //
-// A block on the diagonal that is not definite beyond rounding loses the rows that show it, which smoothing then leaves
-// as they are; those of rotations that are none (coarsening.h) are such, too. A coarse matrix that is not definite has no
-// factor: S takes its place. Where K is not definite, the cycle may not be either; conjugate gradients then stop at the
-// latest when they find out about K.
+// A block on the diagonal that is not definite beyond rounding loses the rows that show it: smoothing leaves them as they
+// are. So do rows of rotations that coarsening.h sets to 0. A coarse matrix that is not definite has no factor, and S
+// takes its place. Where K is not definite, the cycle may not be either. Conjugate gradients then stop.
 //
 // Source: Saad, Iterative Methods for Sparse Linear Systems (2nd ed., 2003), 13.4; Vanek, Mandel and Brezina (1996).
 #pragma once
@@ -31,8 +30,7 @@ namespace lockstep::production_face {
 // A factor of a symmetric, definite matrix in double.
 class CoarseFactor;
 
-// A factor of A; rows that are 0 get a 1 on the diagonal. None, if A is not definite beyond the
-// rounding of K.
+// A factor of A; rows that are 0 get a 1 on the diagonal. Null where A is not definite beyond the rounding of K.
 template <class Real>
 std::shared_ptr<const CoarseFactor> factor(const linear::BlockRows<Real>& a);
 // z = A^-1 r.
