@@ -191,10 +191,9 @@ void step_facesim(const Face<Real>& face, const Target<Real>& target, double, Po
 
 Memory make_memory(const Face<Real>& face) {
   const std::size_t n = 3 * static_cast<std::size_t>(face.body.nodes);
-  Memory memory = {.strained = make_strained(face.body),
-                   .k = linear::slice(make_block_rows<Real>(face.pattern)),
-                   .shares = make_shares(face.body),
-                   .parts = make_parts(face.waves)};
+  Memory memory;
+  memory.strained = make_strained(face.body), memory.k = linear::slice(make_block_rows<Real>(face.pattern));
+  memory.shares = make_shares(face.body), memory.parts = make_parts(face.waves);
   for (Array<Real>* vector : {&memory.force, &memory.change, &memory.bones}) vector->resize(n);
   memory.before.resize(face.body.nodes);
   memory.multigrid = make_multigrid(face.coarsening, memory.k);
