@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <thread>
 
 #include "common/production_face/muscle.h"
 #include "common/production_face/scene.h"
@@ -264,21 +265,27 @@ TEST(ProductionFaceStep, RestHasNoDenormals) {
   }
 }
 
-// Nor are there any on the way to what arrays hold: the state at rest takes no longer than a strained one.
+// Nor are there any on the way to what arrays hold: the state at rest takes no longer than a strained one. The two take
+// turns, and a host that takes the core away for a while is waited for: denormals would slow every try down.
 TEST(ProductionFaceStep, RestIsNotSlow) {
   const Scene scene = scene_of("bar_turns");
   Posed<float> rest = posed<float>(scene.body), strained = turned_jaw<float>(scene, .3);
   step(strained, 1e-3);
-  const auto least = [](Posed<float>& p) {
-    double least = 1e9;
-    for (int run = 0; run < 5; ++run) {
-      const auto begin = std::chrono::steady_clock::now();
-      serial::update_state(p.face.body, p.face.flesh, p.pose, true, p.memory.strained);
-      least = std::min(least, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-    }
-    return least;
+  const auto seconds = [](Posed<float>& p) {
+    const auto begin = std::chrono::steady_clock::now();
+    serial::update_state(p.face.body, p.face.flesh, p.pose, true, p.memory.strained);
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   };
-  const double at_rest = least(rest), elsewhere = least(strained);
+  double at_rest, elsewhere;
+  for (int tries = 0; tries < 6; ++tries) {
+    if (tries > 0) std::this_thread::sleep_for(std::chrono::seconds(1));
+    at_rest = elsewhere = 1e9;
+    for (int run = 0; run < 20; ++run) {
+      at_rest = std::min(at_rest, seconds(rest));
+      elsewhere = std::min(elsewhere, seconds(strained));
+    }
+    if (at_rest <= 1.5 * elsewhere) break;
+  }
   EXPECT_LE(at_rest, 1.5 * elsewhere);
   std::printf("a state at rest %.2f ms, strained %.2f ms\n", 1e3 * at_rest, 1e3 * elsewhere);
 }
