@@ -12,8 +12,9 @@
 namespace lockstep::fluid::openmp {
 namespace {
 
-void advance_axis(const Model<Real>& model, const Axis<Real>& axis, int count, const Array<Real>& acceleration,
-                  Array<Real>& position, Array<Real>& half_velocity, Array<Real>& velocity) {
+// The model and the axis are copies, so that a compiler knows that no store into an array changes them.
+void advance_axis(Model<Real> model, Axis<Real> axis, int count, const Array<Real>& acceleration, Array<Real>& position,
+                  Array<Real>& half_velocity, Array<Real>& velocity) {
   // Iterations are independent: particle i writes its own position and velocities alone.
 #pragma omp parallel for simd schedule(static)
   for (int i = 0; i < count; ++i) {

@@ -12,8 +12,9 @@
 namespace lockstep::fluid::serial {
 namespace {
 
-void advance_axis(const Model<Real>& model, const Axis<Real>& axis, int count, const Array<Real>& acceleration,
-                  Array<Real>& position, Array<Real>& half_velocity, Array<Real>& velocity) {
+// The model and the axis are copies, so that a compiler knows that no store into an array changes them.
+void advance_axis(Model<Real> model, Axis<Real> axis, int count, const Array<Real>& acceleration, Array<Real>& position,
+                  Array<Real>& half_velocity, Array<Real>& velocity) {
   for (int i = 0; i < count; ++i) {
     const Movement<Real> moved = leapfrog(model, axis, acceleration[i], position[i], half_velocity[i]);
     position[i] = moved.position, half_velocity[i] = moved.half_velocity, velocity[i] = moved.velocity;
