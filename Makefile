@@ -122,7 +122,7 @@ diff: $(if $(FORM),build/lockstep)  ## show serial and openmp side by side: KERN
 diff_kernels = $(patsubst serial/%.cpp,%,$(sort $(wildcard serial/*/*.cpp)))
 
 mutants: build/lockstep  ## plant known mistakes one by one: verify or the sanitizer must catch each (KERNEL=, SOME=12 a day)
-	$(PYTHON) -B tests/mutants/mutants.py --build $(BUILD) --compile='$(CXX) $(FLAGS)' --link='$(LINK)' --libs='$(LIBS)' \
+	@$(PYTHON) -B tests/mutants/mutants.py --build $(BUILD) --compile='$(CXX) $(FLAGS)' --link='$(LINK)' --libs='$(LIBS)' \
 	  --tsan-compile='clang++-14 $(tsan_flags)' --tsan-link='clang++-14 $(tsan_flags) $(WRAPS)' --tsan-make='env -u MAKEFLAGS -u MAKELEVEL $(MAKE) tsan-build' \
 	  $(if $(KERNEL),--kernel $(KERNEL)) $(if $(SOME),--some $(SOME))
 
@@ -130,7 +130,7 @@ tsan_flags = -std=c++20 -O1 -g $(isa_portable) -ffp-contract=off -fno-math-errno
 tsan-build:
 	$(MAKE) build/tsan/lockstep build/tsan/racy BUILD=build/tsan ISA=portable CXX=clang++-14 FLAGS='$(tsan_flags)'
 build/tsan/racy: $(kernel) $(BUILD)/tests/tsan/racy.o
-	$(CXX) $(FLAGS) $^ $(LIBS) -o $@
+	@echo "link $@" && $(CXX) $(FLAGS) $^ $(LIBS) -o $@
 
 tsan: tsan-build  ## run every kernel under clang's thread sanitizer, and a racy twin that it must flag (KERNEL= QUICK=1)
 	QUICK=$(QUICK) verify/tsan.sh $(KERNEL)
@@ -164,7 +164,7 @@ fuzz:  ## fuzz the readers of scenes, .fluid, meshes and Matrix Market under san
 	  FLAGS='-std=c++20 -O1 -g1 $(isa_portable) -ffp-contract=off -fno-math-errno -fopenmp -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=undefined -Wall -Wextra'
 	tests/fuzz/fuzz.sh $(or $(SECONDS),600) $(TARGET)
 build/fuzz/loaders_fuzz: $(kernel) $(filter-out $(BUILD)/verify/main.o,$(verify)) $(BUILD)/tests/fuzz/loaders_fuzz.o
-	$(CXX) $(FLAGS) $(WRAPS) $^ $(LIBS) -o $@
+	@echo "link $@" && $(CXX) $(FLAGS) $(WRAPS) $^ $(LIBS) -o $@
 
 endure: build/lockstep  ## run moving scenes for 20,000 steps: values stay valid, memory does not grow (SCENE=a.toml STEPS=)
 	GLIBC_TUNABLES=glibc.malloc.tcache_count=0:glibc.malloc.hugetlb=1 build/lockstep endure $(if $(SCENE),--scene $(SCENE)) $(if $(STEPS),--steps $(STEPS)) --json build/endure.json
@@ -190,21 +190,37 @@ build/lockstep: $(BUILD)/lockstep
 	@ln -sfn $(BUILD:build/%=%)/lockstep $@
 
 $(BUILD)/lockstep: $(kernel) $(verify)
-	$(LINK) $(in_order) $(LIBS) -o $@
+	@echo "link $@" && $(LINK) $(in_order) $(LIBS) -o $@
 
 $(BUILD)/unit_tests: $(kernel) $(filter-out $(BUILD)/verify/main.o,$(verify)) $(tests)
-	$(LINK) $(in_order) $(LIBS) -lccd -lcholmod -lgtest_main -lgtest -pthread -o $@
+	@echo "link $@" && $(LINK) $(in_order) $(LIBS) -lccd -lcholmod -lgtest_main -lgtest -pthread -o $@
 
 level = -O3
-compile = @mkdir -p $(@D) && echo "compile $@" && $(CXX) $(FLAGS:-O3=$(level)) -I. -I$(BUILD) -MMD -MP
-$(BUILD)/%.float.o: %.cpp Makefile | $(BUILD)/needs
+compiler = @mkdir -p $(@D) && echo "compile $@" && $(CXX) $(FLAGS:-O3=$(level)) -I. -I$(BUILD)
+compile = $(compiler) $(precompiled) -MMD -MP
+
+# The headers that most files include are compiled once for each level of optimisation. For g++ alone: clang's builds
+# show that every file includes what it uses.
+precompiled = $(if $(filter g++,$(CXX)),-include $(BUILD)/precompiled$(level)/$(if $(filter tests/%,$<),tests,common)/standard.h)
+headers_made := $(if $(filter g++,$(CXX)),$(patsubst %,$(BUILD)/precompiled%/standard.h.gch,-O3/common -O1/common -O1/tests))
+.SECONDARY: $(headers_made)
+$(BUILD)/precompiled-O3/%.gch: level = -O3
+$(BUILD)/precompiled-O1/%.gch: level = -O1
+precompile = $(compiler) -x c++-header -c $< -o $@ && cp $< $(@:.gch=)
+$(BUILD)/precompiled-O1/%.gch: % Makefile | $(BUILD)/needs
+	$(precompile)
+$(BUILD)/precompiled-O3/%.gch: % Makefile | $(BUILD)/needs
+	$(precompile)
+
+$(BUILD)/%.float.o: %.cpp Makefile $(headers_made) | $(BUILD)/needs
 	$(compile) -c $< -o $@
-$(BUILD)/%.double.o: %.cpp Makefile | $(BUILD)/needs
+$(BUILD)/%.double.o: %.cpp Makefile $(headers_made) | $(BUILD)/needs
 	$(compile) -DLOCKSTEP_REAL=double -c $< -o $@
-$(BUILD)/%.o: %.cpp Makefile | $(BUILD)/needs
+$(BUILD)/%.o: %.cpp Makefile $(headers_made) | $(BUILD)/needs
 	$(compile) -c $< -o $@
 
 # It runs on every x86-64 processor, to say that the rest does not.
+$(BUILD)/verify/processor.o: precompiled =
 $(BUILD)/verify/processor.o: verify/processor.cpp Makefile | $(BUILD)/needs
 	$(compile) -march=x86-64 -c $< -o $@
 
