@@ -16,7 +16,9 @@
 //
 // where n is, of the two neighbours along the axis, faces of the same component, the known one of less phi_face, of two
 // equal ones the lower. An axis whose known neighbours are all as far as the face or farther does not count. Where no
-// axis counts, the face keeps its velocity, and is unknown to others. Faces farther than `distance` get 0.
+// axis counts, the face gets 0 and is unknown to others: no liquid is there to follow, and with its own velocity it
+// would fall in every substep, faster than any liquid (notes/production_fluid.md, "Velocity in the air"). Faces farther
+// than `distance` get 0.
 //
 // So grad phi . grad u = 0, upwind: u is constant along the way to the surface. The weighted mean is taken so that
 // equal velocities give that velocity to the bit. A face depends on nearer faces alone: whatever the order in which

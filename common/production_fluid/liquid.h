@@ -37,6 +37,7 @@ struct Liquid {
   Particles<Real> particles;  // sorted
   Spray<Real> spray;
   std::int32_t frames = 0;  // that have passed
+  double planned = 0;       // s, the next substep; gravity has acted to its middle; 0: none is planned
 };
 
 // The modules of a step, in their order.

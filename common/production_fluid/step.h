@@ -5,7 +5,7 @@
 //
 //   advect_level_set (maccormack), advect_particles, advance_spray, advect_velocity (semi_lagrangian)
 //                                  all by the velocity at the beginning
-//   apply_forces                   gravity
+//   apply_forces                   gravity, from the middle of this substep to the middle of the next
 //   add_sources                    after all that moves liquid, before its particles put the surface right
 //   sort_particles                 with the spray that came back
 //   extend_level_set               into obstacles
@@ -15,6 +15,11 @@
 //   remove_particles, adjust_radii   in this order: spray keeps the radius that it has, others get new ones
 //   make_system, pressure_solve, project   the velocity loses its divergence
 //   extrapolate                    into the air, where the next substep reads it
+//
+// Gravity leads the surface by half a substep (leapfrog): it acts for half of this substep and half of the next, which
+// is planned from the advected velocity, and `start` begins with half of the first. The next substep is as long as
+// planned unless something would then move by more than `cfl` cells. Were gravity to act for this substep alone, waves
+// would grow: their substeps are longest where they turn round (notes/production_fluid.md, "Gravity").
 //
 // Every twentieth frame ends with reseed, and every frame of a model with sources: what they pour in has no particles
 // yet. Where the velocity is given, it is that of the middle of the substep, and the modules that change it are left
@@ -30,6 +35,8 @@
 // Scratch: memory, from `start`. Of it, counts and seconds of the frame come out.
 // Errors:  std::bad_alloc.
 // Source:  [ITJ07] "Production Fluid"; the order of modules is that of PhysBAM, with which the paper's authors began.
+//          Leapfrog with steps that vary: Hairer, Lubich and Wanner, Geometric Numerical Integration, Acta Numer. 12
+//          (2003).
 //          Enright, Marschner and Fedkiw, Animation and rendering of complex water surfaces, SIGGRAPH 2002.
 #pragma once
 
@@ -44,8 +51,8 @@ template <class Real>
 using Step = void(const Model& model, Liquid<Real>& liquid, StepMemory<Real>& memory);
 
 namespace serial {
-// Makes what frames begin with: the liquid of sources, particles, and a velocity without divergence. The liquid has none
-// of these yet.
+// Makes what frames begin with: the liquid of sources, particles, and a velocity without divergence, half a substep
+// ahead. The liquid has none of these yet.
 Step<float> start;
 Step<double> start;
 

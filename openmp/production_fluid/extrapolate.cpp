@@ -105,11 +105,11 @@ void complete(const Band& band, const std::int32_t (&step)[6], const std::int32_
   const maskv sought = there & ((links & intv(1 << known_bit)) == intv(0));
   Real found[lanes];
   store(found, result.velocity);
-  const std::uint32_t known = bits(sought & (result.weight > 0.f)), unknown = bits(sought & ~(result.weight > 0.f));
-  for (std::uint32_t rest = known; rest != 0; rest &= rest - 1) {
+  for (std::uint32_t rest = bits(sought); rest != 0; rest &= rest - 1) {
     const int l = std::countr_zero(rest);
-    velocity.value[face[l]] = found[l];
+    velocity.value[face[l]] = found[l];  // 0 where no axis counts
   }
+  const std::uint32_t unknown = bits(sought & ~(result.weight > 0.f));
   for (std::uint32_t rest = unknown; rest != 0; rest &= rest - 1)
     band.distance[face[std::countr_zero(rest)]] = far<Real>;
 }

@@ -57,7 +57,8 @@ void continue_component(const Fluid<Real>& fluid, const Lines<Real>& lines, int 
     add_axis(of_face, neighbour(x - 1, y, z), neighbour(x + 1, y, z), face);
     add_axis(of_face, neighbour(x, y - 1, z), neighbour(x, y + 1, z), face);
     add_axis(of_face, neighbour(x, y, z - 1), neighbour(x, y, z + 1), face);
-    if (face.weight > 0) velocity(x, y, z) = face.velocity, known(x, y, z) = of_face;
+    velocity(x, y, z) = face.velocity;  // 0 where no axis counts
+    if (face.weight > 0) known(x, y, z) = of_face;
   }
 }
 

@@ -59,25 +59,36 @@ void set_velocity(const Faces<Real>& given, Real factor, Faces<Real>& velocity) 
   scale(given.u, factor, velocity.u), scale(given.v, factor, velocity.v), scale(given.w, factor, velocity.w);
 }
 
-// From `now`, s since the first frame began.
+Real longest_step(const Model& model, const Vector3<double>& gravity, const Faces<Real>& velocity) {
+  return time_step(velocity, static_cast<Real>(std::sqrt(dot(gravity, gravity))), static_cast<Real>(model.cfl));
+}
+
+// After a substep of a length, s; `left`, s, is left of a frame then.
+void accelerate(const Model& model, double length, double left, Liquid<Real>& liquid) {
+  Faces<Real>& velocity = liquid.fluid.velocity;
+  liquid.planned = next_substep(longest_step(model, model.gravity, velocity), left);
+  apply_forces(convert<Real>(model.gravity), static_cast<Real>(.5 * (length + liquid.planned)), velocity);
+}
+
+// From `now`, s since the first frame began; `left`, s, is left of a frame afterwards.
 template <class Done>
-void substep(const Model& model, const Forms& forms, double now, Real dt, Liquid<Real>& liquid,
+void substep(const Model& model, const Forms& forms, double now, double length, double left, Liquid<Real>& liquid,
              StepMemory<Real>& memory, const Done& done) {
+  const Real dt = static_cast<Real>(length);
   Fluid<Real>& fluid = liquid.fluid;
   Particles<Real>& particles = liquid.particles;
-  const Vector3<Real> gravity = convert<Real>(model.gravity);
   advect_level_set_maccormack(fluid.phi, fluid.velocity, dt, memory.phi, memory.arrived);
   std::swap(fluid.phi, memory.phi);
   done(Module::advect_level_set);
   advect_particles(fluid, fluid.velocity, dt, particles);
   done(Module::advect_particles);
   if (!model.given) {
-    advance_spray(fluid, gravity, dt, liquid.spray, particles);
+    advance_spray(fluid, convert<Real>(model.gravity), dt, liquid.spray, particles);
     done(Module::advance_spray);
     advect_velocity_semi_lagrangian(fluid.velocity, dt, memory.velocity);
     std::swap(fluid.velocity, memory.velocity);
     done(Module::advect_velocity);
-    apply_forces(gravity, dt, fluid.velocity);
+    accelerate(model, length, left, liquid);
     done(Module::apply_forces);
   }
   if (!model.sources.empty()) {
@@ -120,17 +131,18 @@ void step(const Model& model, const Forms& forms, Liquid<Real>& liquid, StepMemo
   const auto done = [&](Module module) { memory.seconds[int(module)] += stopwatch.lap(); };
   std::fill(std::begin(memory.seconds), std::end(memory.seconds), 0);
   memory.substeps = memory.iterations = 0;
-  const Vector3<double>& g = model.gravity;
   for (double left = model.frame, dt; left > 0; left -= dt, ++memory.substeps) {
     const Faces<Real>& fastest = model.given ? memory.given : liquid.fluid.velocity;
-    dt = next_substep(time_step(fastest, static_cast<Real>(std::sqrt(dot(g, g))), static_cast<Real>(model.cfl)), left);
+    dt = liquid.planned;
+    if (!(dt > 0 && dt <= left && dt <= longest_step(model, {0, 0, 0}, fastest)))
+      dt = next_substep(longest_step(model, model.gravity, fastest), left);
     const double now = (liquid.frames + 1) * model.frame - left;
     if (model.given) {
       const double factor = factor_of_given(model, now + .5 * dt);
       set_velocity(memory.given, static_cast<Real>(factor), liquid.fluid.velocity);
     }
     done(Module::time_step);
-    substep(model, forms, now, static_cast<Real>(dt), liquid, memory, done);
+    substep(model, forms, now, dt, left > dt ? left - dt : model.frame, liquid, memory, done);
   }
   const int between = frames_between_reseeding(model);
   if (++liquid.frames % between == 0) {
@@ -144,6 +156,7 @@ void step(const Model& model, const Forms& forms, Liquid<Real>& liquid, StepMemo
 void start(const Model& model, Liquid<Real>& liquid, StepMemory<Real>& memory) {
   Fluid<Real>& fluid = liquid.fluid;
   memory = make_memory(fluid);
+  if (!model.given) accelerate(model, 0, model.frame, liquid);
   add_sources(model.sources, 0, fluid, liquid.particles);
   extend_level_set(memory.extension, fluid.phi);
   reseed_blocks(model, 0, liquid, memory);
