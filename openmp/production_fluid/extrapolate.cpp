@@ -51,8 +51,9 @@ void find_known(const Beside<Real>& line, int count, Real distance, Real* of_fac
     const floatv phi_b = load(&b.phi[x]), solid_b = load(&b.solid[x]);
     const floatv of_face = distance_of_face(phi_a, solid_a, phi_b, solid_b);
     store(&of_faces[x], select(in_line, of_face, far<Real>));
-    const maskv known = is_known(phi_a, solid_a, phi_b, solid_b);
-    store(&velocity[x], 0.f, in_line & ~known & (of_face > distance));
+    const maskv known = is_known(phi_a, solid_a, phi_b, solid_b), beyond = in_line & ~known & (of_face > distance);
+    // Most are 0 already: lines of the cache that are not written need not go back to memory.
+    if (any(beyond & (bits_of(load(&velocity[x])) != intv(0)))) store(&velocity[x], 0.f, beyond);
   }
 }
 
@@ -114,6 +115,15 @@ void complete(const Band& band, const std::int32_t (&step)[6], const std::int32_
     band.distance[face[std::countr_zero(rest)]] = far<Real>;
 }
 
+// Takes one off how many faces a face waits for; whether that was the last. What this thread wrote, it releases; what
+// all who took one off wrote, the last of them acquires.
+bool take_one_off(std::int32_t& links) {
+  const std::atomic_ref waits(links);
+  // Who finds that one is left is the one: nobody else will touch it, and it may stay.
+  return waits.load(std::memory_order_acquire) >> waits_bit == 1 ||
+         waits.fetch_sub(1 << waits_bit, std::memory_order_acq_rel) >> waits_bit == 1;
+}
+
 // Works on a stack of faces that wait for nothing, and on those that then wait for nothing.
 void visit(const Band& band, const std::int32_t (&step)[6], std::vector<std::int32_t>& stack, Field<Real>& velocity) {
   while (!stack.empty()) {
@@ -126,10 +136,7 @@ void visit(const Band& band, const std::int32_t (&step)[6], std::vector<std::int
       const std::uint32_t farther = static_cast<std::uint32_t>(band.links[face[k]]) >> farther_bit & 0x3f;
       for (std::uint32_t rest = farther; rest != 0; rest &= rest - 1) {
         const std::int32_t other = face[k] + step[std::countr_zero(rest)];
-        // What this thread wrote, it releases; what all who took one off wrote, the last of them acquires.
-        const std::int32_t before =
-            std::atomic_ref(band.links[other]).fetch_sub(1 << waits_bit, std::memory_order_acq_rel);
-        if (before >> waits_bit == 1) stack.push_back(other);
+        if (take_one_off(band.links[other])) stack.push_back(other);
       }
     }
   }

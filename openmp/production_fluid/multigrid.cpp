@@ -205,7 +205,7 @@ void add_correction(const Level& coarse, Level& fine) {
         const int first = 2 * x + half * lanes;
         const maskv in_line = first_lanes(line.end - first);
         Real* const to = &fine.guess[i + first];
-        const maskv row = load(&(*fine.diagonal)[i + first], in_line) > 0.f;
+        const maskv row = rows_from(fine, i + first) & in_line;
         store(to, load(to, row) + load(added + half * lanes), row);
       }
     }

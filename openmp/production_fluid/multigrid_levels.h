@@ -40,6 +40,7 @@ struct Level {
   Bordered cells;
   const Array<float>* diagonal;  // 0 where there is no row
   Array<float> inverse;          // likewise
+  std::vector<std::uint16_t> has_row;  // of each vector of sixteen places: a bit a place; and one more that is 0
   std::vector<Part> parts;
   std::vector<Span> lines;
   std::vector<Patch> band;
@@ -49,6 +50,12 @@ struct Level {
 
   Array<float> rows;  // the diagonal of a coarse grid
 };
+
+// Which of sixteen places have a row, from any place on.
+LOCKSTEP_INLINE maskv rows_from(const Level& level, std::size_t i) {
+  const std::uint16_t* const of_vector = &level.has_row[i / lanes];
+  return lanes_of((of_vector[0] | std::uint32_t(of_vector[1]) << lanes) >> i % lanes & 0xffff);
+}
 
 // Threads share the work of grids with at least as many parts. On smaller ones to meet would take longer.
 inline constexpr std::ptrdiff_t parts_to_share = 16;
@@ -211,12 +218,14 @@ inline void make_level(const Kinds& kinds, const Array<float>& diagonal, Pressur
   level.band = find_patches(level.parts, find_band(kinds));
   level.inverse = memory.take(diagonal.size());  // read where there are parts alone
   level.guess = take_zeros(memory, diagonal.size());
+  level.has_row.assign(diagonal.size() / lanes + 1, 0);
   // A part writes its own places.
 #pragma omp parallel for schedule(static) if (is_shared(level))
   for (std::ptrdiff_t k = 0; k < std::ssize(level.parts); ++k)
     for (std::ptrdiff_t i = level.parts[k].begin; i < level.parts[k].end; i += lanes) {
       const floatv d = load(&diagonal[i]);
       store(&level.inverse[i], select(d > 0.f, 1.f / d, 0.f));
+      level.has_row[i / lanes] = static_cast<std::uint16_t>(bits(d > 0.f));
     }
 }
 
