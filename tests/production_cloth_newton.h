@@ -119,8 +119,12 @@ inline NewtonSolution minimise(ImplicitCloth& cloth, const Eigen::VectorXd& load
     for (int i = 0; i < 3 * n; ++i) {
       if (inertia > 0)
         g[i] += inertia * cloth.mass[i / 3] *
-                ((i % 3 == 0 ? at.x : i % 3 == 1 ? at.y : at.z)[i / 3] -
-                 (i % 3 == 0 ? target.x : i % 3 == 1 ? target.y : target.z)[i / 3]);
+                ((i % 3 == 0   ? at.x
+                  : i % 3 == 1 ? at.y
+                               : at.z)[i / 3] -
+                 (i % 3 == 0   ? target.x
+                  : i % 3 == 1 ? target.y
+                               : target.z)[i / 3]);
       if (cloth.inverse_mass[i / 3] == 0) g[i] = 0;
     }
     return g;
