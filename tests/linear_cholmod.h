@@ -12,7 +12,8 @@ namespace lockstep::linear {
 // A factor of a symmetric, definite matrix in double, and solves with it. Simplicial: of one thread, and without BLAS.
 class DirectSolver {
  public:
-  explicit DirectSolver(const Rows<float>& a) : rows_(a.rows) {
+  template <class Real>
+  explicit DirectSolver(const Rows<Real>& a) : rows_(a.rows) {
     cholmod_start(&common_);
     common_.supernodal = CHOLMOD_SIMPLICIAL;
     cholmod_triplet* entries = cholmod_allocate_triplet(a.rows, a.rows, a.value.size(), 1, CHOLMOD_REAL, &common_);
