@@ -97,7 +97,10 @@ inline std::uint64_t hash_of_scene(const std::string& domain, const std::string&
       add_path(hold.path);
     }
     for (const auto& body : s.bodies) {
-      std::visit([&](const auto& shape) { hash = hash_all(hash, shape); }, body.shape);
+      if (const auto* solid = std::get_if<production_cloth::LevelSet<double>>(&body.shape))
+        hash = verify::hash_bytes(std::span<const float>(solid->solid->distance.value), hash_all(hash, solid->origin));
+      else
+        std::visit([&](const auto& shape) { hash = hash_all(hash, shape); }, body.shape);
       hash = hash_all(hash, body.friction);
       add_path(body.path);
     }

@@ -135,7 +135,7 @@ std::string fault_of_scene(const std::string& path) {
 const RegisterDomain production_cloth_domain{{.name = "production_cloth",
                                               .simulation = simulation,
                                               .determinism = {"ball_5k", "tube_5k"},
-                                              .endure = {"ball_5k", "tube_5k", "stack_4k"},
+                                              .endure = {"ball_5k", "tube_5k", "stack_4k", "knot_turns"},
                                               .most_steps = 500,
                                               .fault_of_scene = fault_of_scene}};
 
