@@ -218,6 +218,7 @@ TEST_F(SceneReference, OtherValuesMakeOtherScenes) {
                                                         {"[0, 0, 0, 1]", "[0, 1, 0, 0]"},
                                                         {"0", "0.5"},
                                                         {"\"springs\"", "\"stvk\""},
+                                                        {"\"rigid\"", "\"inelastic\""},
                                                         {"\"quadratic\"", "\"hinges\""}};
       if (const auto word = words.find(value); word != words.end() && !(value == "0" && is_whole(row)))
         return word->second;

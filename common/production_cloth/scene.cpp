@@ -143,10 +143,13 @@ Contact read_contact(const toml::table& scene) {
   Contact c;
   const toml::table* const table = subtable(scene, "contact");
   if (!table) return c;
-  check_keys(*table, {}, {"thickness", "stiffness", "friction"});
+  check_keys(*table, {}, {"thickness", "stiffness", "friction", "zones"});
+  const std::string zones = text(*table, "zones").value_or("rigid");
+  if (zones != "rigid" && zones != "inelastic") refuse_value(*table->get("zones"), "zones", "one of: rigid, inelastic");
   return {.thickness = number_between(*table, "thickness", 1e-6, 1, "m").value_or(c.thickness),
           .stiffness = number_between(*table, "stiffness", 0, 1e9, "N/m").value_or(c.stiffness),
-          .friction = number_between(*table, "friction", 0, 100, "").value_or(c.friction)};
+          .friction = number_between(*table, "friction", 0, 100, "").value_or(c.friction),
+          .zones = zones == "rigid" ? ZoneForm::rigid : ZoneForm::inelastic};
 }
 
 // --- What moves

@@ -19,13 +19,14 @@ using namespace production_cloth;
 
 // What the run's steps took, together.
 struct Sum {
-  double pairs = 0, near = 0, iterations = 0, impacts = 0, rounds = 0, zone_rounds = 0, in_zones = 0;
+  double pairs = 0, near = 0, iterations = 0, impacts = 0, rounds = 0, inelastic = 0, zone_rounds = 0, in_zones = 0;
   int cut_off = 0;  // steps
 
   void add(const Took& took) {
     const Collided& c = took.collided;
     pairs += took.pairs, near += took.near, iterations += took.iterations;
-    impacts += c.impacts, rounds += c.rounds, zone_rounds += c.zone_rounds, in_zones += c.zone_vertices;
+    impacts += c.impacts, rounds += c.rounds, inelastic += c.inelastic_rounds, zone_rounds += c.zone_rounds,
+        in_zones += c.zone_vertices;
     cut_off += !c.free;
   }
 };
@@ -59,9 +60,9 @@ std::string summary_of(const Running& run) {
   const Sum& sum = run.sum;
   std::snprintf(part, sizeof part,
                 "a step: %.0f pairs, %.1f of them near, %.1f iterations of damping; %.1f impacts, %.2f rounds, "
-                "%.2f of zones with %.1f vertices\n",
+                "%.2f of inelastic and %.2f of rigid zones with %.1f vertices\n",
                 sum.pairs / steps, sum.near / steps, sum.iterations / steps, sum.impacts / steps, sum.rounds / steps,
-                sum.zone_rounds / steps, sum.in_zones / steps);
+                sum.inelastic / steps, sum.zone_rounds / steps, sum.in_zones / steps);
   std::string text = part;
   text += std::to_string(sum.cut_off) + " of " + std::to_string(run.steps) + " steps cut off, " +
           std::to_string(count_intersections(run.cloth.topology, run.motion.position)) +
