@@ -15,7 +15,8 @@
 
 namespace lockstep::production_cloth {
 
-inline constexpr int most_impulse_rounds = 3, most_inelastic_rounds = 30, most_zone_rounds = 100;
+inline constexpr int most_impulse_rounds = 3, most_zone_rounds = 100;
+inline constexpr int most_inelastic_rounds = 30;
 
 // What collisions took. `impacts` are those of the first search.
 struct Collided {

@@ -37,11 +37,23 @@ struct Running {
   Motion<float> motion;
   StepMemory<float> memory;
   int frames = 0, steps = 0;
+  bool watches = false;  // whether every step is checked
+  std::string fault;     // the first that was found
   Sum sum;
   double seconds[int(Module::count)] = {};
 
   double time() const { return steps * scene.frame_time / scene.substeps; }
 };
+
+// Every number is finite, and no triangle passes through another.
+std::string fault_of(const Running& run) {
+  if (!run.fault.empty()) return run.fault;
+  if (const std::string fault = first_not_finite(run.motion, of_element("vertex")); !fault.empty()) return fault;
+  const auto found = first_intersection(run.cloth.topology, run.motion.position);
+  if (!found) return "";
+  return "triangles " + std::to_string((*found)[0] + 1) + " and " + std::to_string((*found)[1] + 1) +
+         " intersect after step " + std::to_string(run.steps);
+}
 
 void frame(Running& run, Step<float>* step) {
   for (int k = 0; k < run.scene.substeps; ++k) {
@@ -49,6 +61,7 @@ void frame(Running& run, Step<float>* step) {
     ++run.steps;
     step(run.cloth, script_of(run.scene, start, run.time()), run.motion, run.memory);
     run.sum.add(run.memory.took);
+    if (run.watches) run.fault = fault_of(run);
     for (int m = 0; m < int(Module::count); ++m) run.seconds[m] += run.memory.seconds[m];
   }
   ++run.frames;
@@ -74,17 +87,9 @@ std::string summary_of(const Running& run) {
   return text;
 }
 
-// Every number is finite, and no triangle passes through another.
-std::string fault_of(const Running& run) {
-  if (const std::string fault = first_not_finite(run.motion, of_element("vertex")); !fault.empty()) return fault;
-  const auto found = first_intersection(run.cloth.topology, run.motion.position);
-  if (!found) return "";
-  return "triangles " + std::to_string((*found)[0] + 1) + " and " + std::to_string((*found)[1] + 1) + " intersect";
-}
-
 Simulation simulation(const RunOptions& options) {
   auto run = std::make_shared<Running>();
-  run->scene = load_scene(options.scene);
+  run->scene = load_scene(options.scene), run->watches = options.watch;
   require_stability(run->scene);
   run->cloth = make_cloth(run->scene);
   run->motion = motion_at_rest(run->scene);
