@@ -152,6 +152,15 @@ void is_wrung_alike(const Forms& forms) {
 TEST_F(ProductionClothStep, IsWrungToTheSameBitsInBatches) { is_wrung_alike(by_batches); }
 TEST_F(ProductionClothStep, IsWrungToTheSameBitsByJacobi) { is_wrung_alike(by_jacobi); }
 
+// So do inelastic zones.
+void slides_alike(const Forms& forms) {
+  int rounds = 0;
+  for (const Collided& c : steps_alike("wrung_tube_slides", 110, forms)) rounds += c.inelastic_rounds;
+  EXPECT_GT(rounds, 0);
+}
+TEST_F(ProductionClothStep, SlidesToTheSameBitsInBatches) { slides_alike(by_batches); }
+TEST_F(ProductionClothStep, SlidesToTheSameBitsByJacobi) { slides_alike(by_jacobi); }
+
 TEST_F(ProductionClothStep, RefusesStepsThatAreUnstable) {
   const std::string stiff = small_sheet + "[material]\nstiffness = 100\n";
   try {

@@ -173,15 +173,15 @@ struct BeadsOnALine {
         met.add({2 * b + 2, 2 * b + 3, 2 * b, 2 * b + 1}, {.5, .5, -.5, -.5});
     impacts = met.contacts;
   }
-  Collided collide(bool with_impulses, CollideMemory<double>& memory) {
+  Collided collide(bool with_impulses, CollideMemory<double>& memory, ZoneForm form = ZoneForm::rigid) {
     const auto find_impacts = [&](const Vectors<double>&, const Vectors<double>&, Contacts<double>& impacts) {
       find(impacts);
     };
     const auto impulses = [&](const Contacts<double>& impacts, Vectors<double>& velocity) {
       if (with_impulses) serial::impulses_original(impacts, 0, c.inverse_mass, velocity);
     };
-    MoveZones<double>* const move_zones = serial::move_zones;
-    return production_cloth::collide(find_impacts, impulses, *move_zones, c.inverse_mass, time_step, c.position, end,
+    const ZoneKernels<double> zones = {serial::move_zones, serial::move_zones_inelastic, form};
+    return production_cloth::collide(find_impacts, impulses, zones, c.inverse_mass, time_step, c.position, end,
                                      c.velocity, memory);
   }
 };
@@ -210,6 +210,20 @@ TEST(ProductionClothCollide, EndsWithZonesWhereImpulsesDoNot) {
     for (int b = 0; b + 1 < 20; ++b) EXPECT_LT(load(beads.end, 2 * b).x, load(beads.end, 2 * b + 2).x);
     EXPECT_LE(length(beads.c.momentum() - before), 400 * 40 * u);
   }
+}
+
+// Inelastic zones stop the beads, too; then no rigid zone is needed.
+TEST(ProductionClothCollide, EndsWithInelasticZones) {
+  BeadsOnALine beads(20);
+  CollideMemory<double> memory;
+  const Vector3<double> before = beads.c.momentum();
+  const Collided collided = beads.collide(true, memory, ZoneForm::inelastic);
+  EXPECT_TRUE(collided.free);
+  EXPECT_EQ(collided.rounds, most_impulse_rounds);
+  EXPECT_GT(collided.inelastic_rounds, 0);
+  EXPECT_EQ(collided.zone_rounds, 0);
+  for (int b = 0; b + 1 < 20; ++b) EXPECT_LT(load(beads.end, 2 * b).x, load(beads.end, 2 * b + 2).x);
+  EXPECT_LE(length(beads.c.momentum() - before), 400 * 40 * u);
 }
 
 // Held vertices that pass through each other cannot be helped: the answer says so, after a bounded number of rounds.

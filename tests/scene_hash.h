@@ -86,8 +86,8 @@ inline std::uint64_t hash_of_scene(const std::string& domain, const std::string&
     const production_cloth::Material& m = s.material;
     std::uint64_t hash =
         hash_all(m.density, m.stretch, m.stiffness, m.membrane, m.poisson, m.stretch_damping, m.bend, m.bending,
-                 m.bend_damping, s.contact.thickness, s.contact.stiffness, s.contact.friction, s.gravity, s.frame_time,
-                 s.substeps, s.tolerance, s.iterations, s.frames, s.topology.edges.size());
+                 m.bend_damping, s.contact.thickness, s.contact.stiffness, s.contact.friction, s.contact.zones,
+                 s.gravity, s.frame_time, s.substeps, s.tolerance, s.iterations, s.frames, s.topology.edges.size());
     const auto add_path = [&](const production_cloth::Path& path) {
       hash = hash_all(hash, path.pivot);
       for (const auto& key : path.keys) hash = hash_all(hash, key.time, key.placement.turn, key.placement.shift);
@@ -97,7 +97,10 @@ inline std::uint64_t hash_of_scene(const std::string& domain, const std::string&
       add_path(hold.path);
     }
     for (const auto& body : s.bodies) {
-      std::visit([&](const auto& shape) { hash = hash_all(hash, shape); }, body.shape);
+      if (const auto* solid = std::get_if<production_cloth::LevelSet<double>>(&body.shape))
+        hash = verify::hash_bytes(std::span<const float>(solid->solid->distance.value), hash_all(hash, solid->origin));
+      else
+        std::visit([&](const auto& shape) { hash = hash_all(hash, shape); }, body.shape);
       hash = hash_all(hash, body.friction);
       add_path(body.path);
     }

@@ -75,6 +75,7 @@ std::string base_of(const std::string& domain, const std::string& section) {
            "[[plane]]\nnormal = [0, 1, 0]\npoint = [0, -1, 0]\n[[sphere]]\ncentre = [0, 0, 0]\n"
            "radius = 1\n[[capsule]]\nfrom = [0, 0, 0]\nto = [0, 1, 0]\nradius = 1\n[[box]]\n"
            "centre = [0, 0, 0]\nhalf = [1, 1, 1]\n"},
+      {"production_cloth/solid", weave + "[[solid]]\nfile = \"a.obj\"\nspacing = 0.1\n"},
       {"production_cloth/tube",
        "kind = \"production_cloth\"\n[[tube]]\nfrom = [0, 0, 0]\nto = [1, 0, 0]\nradius = 0.5\n"
        "squares = [5, 3]\n"},
@@ -217,6 +218,7 @@ TEST_F(SceneReference, OtherValuesMakeOtherScenes) {
                                                         {"[0, 0, 0, 1]", "[0, 1, 0, 0]"},
                                                         {"0", "0.5"},
                                                         {"\"springs\"", "\"stvk\""},
+                                                        {"\"rigid\"", "\"inelastic\""},
                                                         {"\"quadratic\"", "\"hinges\""}};
       if (const auto word = words.find(value); word != words.end() && !(value == "0" && is_whole(row)))
         return word->second;

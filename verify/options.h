@@ -31,6 +31,7 @@ struct RunOptions {
   std::string out;
   bool resume = false;  // from the last frame in `out`
   bool force = false;   // replace the frames of another run in `out`
+  bool watch = false;   // for `endure`: what each step must leave is checked after each, even within a frame
 };
 
 struct EndureOptions {

@@ -5,7 +5,6 @@
 #include <limits>
 #include <vector>
 
-#include "common/surfaces.h"
 #include "common/vtk.h"
 
 namespace lockstep::cloth {
@@ -63,11 +62,10 @@ void write_obstacles(const std::string& path, const Cloth<float>& cloth) {
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
-  write_bodies(path, cloth.bodies, low, high);
+  write_surfaces(path, surfaces_of(cloth.bodies, low, high));
 }
 
-void write_bodies(const std::string& path, const Bodies<float>& bodies, const Vector3<float>& low,
-                  const Vector3<float>& high) {
+Surfaces surfaces_of(const Bodies<float>& bodies, const Vector3<float>& low, const Vector3<float>& high) {
   constexpr int sides = 32;
   Surfaces surfaces;
   for (const Capsule<float>& capsule : bodies.capsules) {
@@ -80,6 +78,10 @@ void write_bodies(const std::string& path, const Bodies<float>& bodies, const Ve
     add_box(surfaces, {box.centre, box.axis[0], box.axis[1], box.axis[2]}, box.half);
   for (const Plane<float>& plane : bodies.planes)
     add_plane(surfaces, plane.normal, plane.offset * plane.normal, low, high);
+  return surfaces;
+}
+
+void write_surfaces(const std::string& path, const Surfaces& surfaces) {
   vtk::write(path, {.title = "Lockstep obstacles of a cloth",
                     .points = static_cast<std::int64_t>(surfaces.points.size()),
                     .positions = vtk::each(surfaces.points),

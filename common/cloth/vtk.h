@@ -4,6 +4,7 @@
 #include <string>
 
 #include "common/cloth/cloth.h"
+#include "common/surfaces.h"
 
 namespace lockstep::cloth {
 
@@ -16,8 +17,10 @@ void write_vtk(const std::string& path, const Cloth<float>& cloth);
 // of such a file. Spheres and capsules have 32 sides; planes are squares that reach beyond the cloth as it is.
 void write_obstacles(const std::string& path, const Cloth<float>& cloth);
 
-// The same of any bodies; planes reach beyond the box from low to high.
-void write_bodies(const std::string& path, const Bodies<float>& bodies, const Vector3<float>& low,
-                  const Vector3<float>& high);
+// The same polygons of any bodies; planes reach beyond the box from low to high.
+Surfaces surfaces_of(const Bodies<float>& bodies, const Vector3<float>& low, const Vector3<float>& high);
+
+// Writes such a file.
+void write_surfaces(const std::string& path, const Surfaces& surfaces);
 
 }  // namespace lockstep::cloth

@@ -57,9 +57,9 @@ Extent points_between(double low, double high, double origin, double spacing, in
   return {std::max(point(low), 0), std::min(point(high) + 2, n)};
 }
 
-// The squared distance from the nearest triangle, up to exact_spacings: each triangle updates only the points near it.
-Field<double> squared_distance(const Mesh& mesh, const Grid& grid) {
-  const double most = exact_spacings * grid.spacing, most_2 = most * most;
+// The squared distance from the nearest triangle, up to `exact` spacings: each triangle updates the points near it.
+Field<double> squared_distance(const Mesh& mesh, const Grid& grid, double exact) {
+  const double most = exact * grid.spacing, most_2 = most * most;
   Field<double> least = make_field<double>(grid.nx, grid.ny, grid.nz, grid.spacing, most_2);
   for (const Triangle& t : mesh.triangles) {
     const Plate plate(mesh.points[t.a], mesh.points[t.b], mesh.points[t.c]);
@@ -130,8 +130,8 @@ Field<std::uint8_t> inside(const Mesh& mesh, const Grid& grid) {
 
 }  // namespace
 
-Field<double> signed_distance(const Mesh& mesh, const Grid& grid) {
-  Field<double> distance = squared_distance(mesh, grid);
+Field<double> signed_distance(const Mesh& mesh, const Grid& grid, double exact) {
+  Field<double> distance = squared_distance(mesh, grid, exact);
   const Field<std::uint8_t> in = inside(mesh, grid);
   for (int z = 0; z < grid.nz; ++z)
     for (int y = 0; y < grid.ny; ++y)

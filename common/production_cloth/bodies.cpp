@@ -27,6 +27,13 @@ Box<double> at(const Box<double>& box, const Path& path, const Placement& placem
   for (Vector3<double>& axis : moved.axis) axis = rotation_by(placement.turn) * axis;
   return moved;
 }
+LevelSet<double> at(const LevelSet<double>& body, const Path& path, const Placement& placement) {
+  const Matrix3<double> turn = rotation_by(placement.turn);
+  return {body.solid,
+          placed(path, placement, body.origin),
+          {turn * body.turn.x, turn * body.turn.y, turn * body.turn.z},
+          body.larger_by};
+}
 
 Plane<float> thickened(const Plane<double>& plane, double thickness) {
   return {convert<float>(plane.normal), static_cast<float>(plane.offset + thickness)};
@@ -39,10 +46,14 @@ Box<float> thickened(const Box<double>& box, double thickness) {
           convert<float>(box.half + Vector3<double>{thickness, thickness, thickness}),
           {convert<float>(box.axis[0]), convert<float>(box.axis[1]), convert<float>(box.axis[2])}};
 }
+LevelSet<float> thickened(const LevelSet<double>& body, double thickness) {
+  return {body.solid, convert<float>(body.origin), to_float(body.turn), static_cast<float>(body.larger_by + thickness)};
+}
 
 void add(MovedBodies<float>& to, const Moved<float, cloth::Plane>& body) { to.planes.push_back(body); }
 void add(MovedBodies<float>& to, const Moved<float, cloth::Capsule>& body) { to.capsules.push_back(body); }
 void add(MovedBodies<float>& to, const Moved<float, cloth::Box>& body) { to.boxes.push_back(body); }
+void add(MovedBodies<float>& to, const Moved<float, LevelSet>& body) { to.level_sets.push_back(body); }
 
 }  // namespace
 

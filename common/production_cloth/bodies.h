@@ -10,6 +10,7 @@
 
 #include "common/cloth/cloth.h"
 #include "common/placement.h"
+#include "common/production_cloth/level_set.h"
 
 namespace lockstep::production_cloth {
 
@@ -29,7 +30,7 @@ Placement placement_at(const Path& path, double time);
 // Where the point is that was at x before the body was placed.
 Vector3<double> placed(const Path& path, const Placement& placement, const Vector3<double>& x);
 
-using Shape = std::variant<cloth::Plane<double>, cloth::Capsule<double>, cloth::Box<double>>;
+using Shape = std::variant<cloth::Plane<double>, cloth::Capsule<double>, cloth::Box<double>, LevelSet<double>>;
 
 struct Body {
   Shape shape;
@@ -51,8 +52,9 @@ struct MovedBodies {
   std::vector<Moved<Real, cloth::Plane>> planes;
   std::vector<Moved<Real, cloth::Capsule>> capsules;
   std::vector<Moved<Real, cloth::Box>> boxes;
+  std::vector<Moved<Real, LevelSet>> level_sets;
 
-  bool empty() const { return planes.empty() && capsules.empty() && boxes.empty(); }
+  bool empty() const { return planes.empty() && capsules.empty() && boxes.empty() && level_sets.empty(); }
 };
 
 // The bodies at the end of a step, all larger by `thickness` (m).

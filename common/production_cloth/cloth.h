@@ -33,11 +33,15 @@ struct Material {
   double bend_damping = .1;  // hinges: share of critical damping; quadratic: s, of stiffness
 };
 
+// What ends collisions that impulses do not end: rigid zones, or inelastic ones and, should these not do, rigid ones.
+enum class ZoneForm { rigid, inelastic };
+
 // What contact needs, of the cloth with itself.
 struct Contact {
   double thickness = 1e-3;  // m: repulsions act where elements are nearer than this
   double stiffness = 30;    // N/m, of the repulsion
   double friction = .3;     // Coulomb's coefficient
+  ZoneForm zones = ZoneForm::rigid;
 };
 
 // The state that steps change.

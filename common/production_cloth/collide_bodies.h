@@ -56,6 +56,7 @@ inline Mask push_out_of_all(const MovedBodies<Real>& bodies, const Vector3<V>& s
   for (const auto& body : bodies.planes) inside |= push_out_of(body, start, active, position);
   for (const auto& body : bodies.capsules) inside |= push_out_of(body, start, active, position);
   for (const auto& body : bodies.boxes) inside |= push_out_of(body, start, active, position);
+  for (const auto& body : bodies.level_sets) inside |= push_out_of(body, start, active, position);
   return inside;
 }
 

@@ -1,6 +1,7 @@
 #include "common/production_cloth/intersections.h"
 
 #include <algorithm>
+#include <vector>
 
 #include "common/production_cloth/orientation.h"
 #include "common/production_cloth/search.h"
@@ -62,31 +63,45 @@ struct TriangleTree {
     return {load(position, a), load(position, b), load(position, c)};
   }
 
-  // Calls visit(triangle) for those below a node whose boxes overlap the box, until it returns true; returns that.
-  template <class Visit>
-  bool visit_any(const Box<float>& box, int level, int node, const Visit& visit) const {
+  // Adds the triangles below a node whose boxes overlap the box, in their order.
+  void find(const Box<float>& box, int level, int node, std::vector<std::int32_t>& found) const {
     for (int child = node * tree_width; child < (node + 1) * tree_width; ++child) {
       if (!overlap(box, boxes.box(levels.first[level] + child))) continue;
-      if (level > 0 ? visit_any(box, level - 1, child, visit) : visit(child)) return true;
+      if (level > 0)
+        find(box, level - 1, child, found);
+      else
+        found.push_back(child);
     }
-    return false;
   }
 };
+
+// So many edges descend the tree as one: their numbers follow a Morton curve, so that they are near each other.
+constexpr std::size_t edges_together = 8;
 
 // Calls visit(edge, triangle) for all that meet, in the order of edges and then of triangles, until it returns true.
 template <class Visit>
 void visit_intersections(const Topology& topology, const Vectors<float>& position, const Visit& visit) {
   if (topology.triangles.empty()) return;
   const TriangleTree tree(topology, position);
-  for (std::size_t e = 0; e < topology.edges.size(); ++e) {
-    const auto [a, b] = topology.edges[e];
-    const Vector3<float> p = load(position, a), q = load(position, b);
-    const bool ends = tree.visit_any(box_of(p, q), tree.levels.last(), 0, [&, a = a, b = b](int t) {
-      const auto corner = topology.corners(t);
-      const bool common = std::ranges::find(corner, a) != corner.end() || std::ranges::find(corner, b) != corner.end();
-      return !common && edge_meets_triangle(p, q, tree.corners(t)) && visit(e, t);
-    });
-    if (ends) return;
+  std::vector<std::int32_t> near;  // triangles
+  for (std::size_t first = 0; first < topology.edges.size(); first += edges_together) {
+    const std::size_t last = std::min(first + edges_together, topology.edges.size());
+    Box<float> all = empty_box<float>;
+    for (std::size_t e = first; e < last; ++e)
+      all = around(all, box_of(load(position, topology.edges[e][0]), load(position, topology.edges[e][1])));
+    near.clear();
+    tree.find(all, tree.levels.last(), 0, near);
+    for (std::size_t e = first; e < last; ++e) {
+      const auto [a, b] = topology.edges[e];
+      const Vector3<float> p = load(position, a), q = load(position, b);
+      const Box<float> box = box_of(p, q);
+      for (const std::int32_t t : near) {
+        if (!overlap(box, tree.boxes.box(t))) continue;
+        const auto [i, j, k] = topology.corners(t);
+        const bool common = a == i || a == j || a == k || b == i || b == j || b == k;
+        if (!common && edge_meets_triangle(p, q, tree.corners(t)) && visit(e, t)) return;
+      }
+    }
   }
 }
 

@@ -10,6 +10,7 @@
 #include "common/memory.h"
 #include "common/mesh_file.h"
 #include "common/production_cloth/intersections.h"
+#include "common/production_cloth/level_set.h"
 #include "common/production_cloth/sheets.h"
 #include "common/scene_reader.h"
 
@@ -142,10 +143,13 @@ Contact read_contact(const toml::table& scene) {
   Contact c;
   const toml::table* const table = subtable(scene, "contact");
   if (!table) return c;
-  check_keys(*table, {}, {"thickness", "stiffness", "friction"});
+  check_keys(*table, {}, {"thickness", "stiffness", "friction", "zones"});
+  const std::string zones = text(*table, "zones").value_or("rigid");
+  if (zones != "rigid" && zones != "inelastic") refuse_value(*table->get("zones"), "zones", "one of: rigid, inelastic");
   return {.thickness = number_between(*table, "thickness", 1e-6, 1, "m").value_or(c.thickness),
           .stiffness = number_between(*table, "stiffness", 0, 1e9, "N/m").value_or(c.stiffness),
-          .friction = number_between(*table, "friction", 0, 100, "").value_or(c.friction)};
+          .friction = number_between(*table, "friction", 0, 100, "").value_or(c.friction),
+          .zones = zones == "rigid" ? ZoneForm::rigid : ZoneForm::inelastic};
 }
 
 // --- What moves
@@ -170,7 +174,7 @@ Body read_body(const toml::table& table, const Shape& shape) {
       .shape = shape, .friction = number_between(table, "friction", 0, 100, "").value_or(.3), .path = read_path(table)};
 }
 
-std::vector<Body> read_bodies(const toml::table& scene) {
+std::vector<Body> read_bodies(const toml::table& scene, const std::string& path, double thickness) {
   std::vector<Body> bodies;
   for (const toml::table* t : subtables(scene, "plane")) {
     check_keys(*t, {"normal", "point"}, {"friction", "pivot", "key"});
@@ -187,6 +191,10 @@ std::vector<Body> read_bodies(const toml::table& scene) {
   for (const toml::table* t : subtables(scene, "box")) {
     check_keys(*t, {"centre", "half"}, {"turn", "friction", "pivot", "key"});
     bodies.push_back(read_body(*t, cloth::box_of(*t)));
+  }
+  for (const toml::table* t : subtables(scene, "solid")) {
+    check_keys(*t, {"file", "spacing"}, {"scale", "shift", "friction", "pivot", "key"});
+    bodies.push_back(read_body(*t, read_level_set(*t, path, thickness)));
   }
   return bodies;
 }
@@ -256,7 +264,7 @@ Scene load_scene(const std::string& path) {
   const toml::table scene =
       read_scene(path, "production_cloth", {"kind"},
                  {"frames", "frame_time", "substeps", "gravity", "tolerance", "iterations", "sheet", "tube", "mesh",
-                  "material", "contact", "hold", "plane", "sphere", "capsule", "box"});
+                  "material", "contact", "hold", "plane", "sphere", "capsule", "box", "solid"});
   const Mesh mesh = read_cloths(scene, path);
   Scene made{.name = scene_name(path),
              .path = path,
@@ -265,13 +273,14 @@ Scene load_scene(const std::string& path) {
              .material = read_material(scene),
              .contact = read_contact(scene),
              .holds = read_holds(scene, mesh),
-             .bodies = read_bodies(scene),
+             .bodies = {},
              .gravity = vector_between(scene, "gravity", -1e6, 1e6, "m/s^2").value_or(Vector3<double>{0, -9.81, 0}),
              .frame_time = number_between(scene, "frame_time", 1e-6, 1, "s").value_or(1. / 60),
              .substeps = whole_int(scene, "substeps", 1, 1'000'000).value_or(20),
              .tolerance = number_between(scene, "tolerance", 1e-6, 1, "").value_or(1e-2),
              .iterations = whole_int(scene, "iterations", 1, 1'000'000).value_or(200),
              .frames = whole_int(scene, "frames", 1).value_or(120)};
+  made.bodies = read_bodies(scene, path, made.contact.thickness);
   made.rest.resize(mesh.points.size());
   for (std::size_t i = 0; i < mesh.points.size(); ++i)
     store(made.rest, i, convert<double>(convert<float>(mesh.points[i])));

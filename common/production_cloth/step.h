@@ -5,7 +5,7 @@
 //   2. v* = v + h a(x, v*), h half a step: the elastic forces of x; damping by conjugate gradients
 //   3. repulsions of elements that are near each other at x change v*
 //   4. x' = x + 2 h v*; vertices in bodies are pushed out
-//   5. continuous collision detection, impulses, zones, until nothing meets between x and x'
+//   5. continuous collision detection, impulses, zones (collide.h), until nothing meets between x and x'
 //   6. w = v + (what 3 to 5 changed v* by);  w' = w + h a((x + x') / 2, w');  v' = 2 w' - w
 //
 // Held vertices go to their places, whatever pushes them.
@@ -77,7 +77,8 @@ template <Same<Took> T, class F>
 void for_each_field(T& took, const F& f) {
   f("searches", took.searches), f("pairs", took.pairs), f("near", took.near), f("iterations", took.iterations);
   f("free", took.collided.free), f("impacts", took.collided.impacts), f("rounds", took.collided.rounds);
-  f("zone_rounds", took.collided.zone_rounds), f("zone_vertices", took.collided.zone_vertices);
+  f("inelastic_rounds", took.collided.inelastic_rounds), f("zone_rounds", took.collided.zone_rounds),
+      f("zone_vertices", took.collided.zone_vertices);
 }
 
 // Scratch, which keeps its room from step to step; and what the last step took.

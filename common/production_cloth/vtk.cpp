@@ -1,6 +1,7 @@
 #include "common/production_cloth/vtk.h"
 
 #include "common/cloth/vtk.h"
+#include "common/convert.h"
 #include "common/spatial/bounds.h"
 #include "common/vtk.h"
 
@@ -36,7 +37,19 @@ void write_obstacles(const std::string& path, const std::vector<Body>& bodies, d
     const Vector3<float> p = load(position, i);
     extent = spatial::around(extent, {p, p});
   }
-  cloth::write_bodies(path, shapes, extent.low, extent.high);
+  Surfaces surfaces = cloth::surfaces_of(shapes, extent.low, extent.high);
+  for (const auto& body : moved.level_sets) {
+    const LevelSet<float>& shape = body.shape;
+    const Vector3<double> first = shape.solid->grid.position(0, 0, 0);
+    const auto base = static_cast<std::int32_t>(surfaces.points.size());
+    for (const Vector3<double>& p : shape.solid->mesh.points)
+      surfaces.add_point(shape.origin + shape.turn * convert<float>(p - first));
+    for (const Triangle& t : shape.solid->mesh.triangles) {
+      const std::int32_t corners[] = {base + t.a, base + t.b, base + t.c};
+      surfaces.add_polygon(corners);
+    }
+  }
+  cloth::write_surfaces(path, surfaces);
 }
 
 }  // namespace lockstep::production_cloth

@@ -4,9 +4,13 @@
 // vertices, so that who takes which does not matter. Impacts are united in sequence, which is little beside finding
 // them.
 //
-// The contract stands in common/production_cloth/zones.h.
+// Inelastic zones stop impacts along their normals alone: impulses are found by sweeps over all impacts of a zone, of
+// earlier rounds, too, so that stopping one does not bring back another, and what slides goes on.
+//
+// The contracts stand in common/production_cloth/zones.h and inelastic_zones.h.
 #include "common/production_cloth/zones.h"
 
+#include "common/production_cloth/inelastic_zones.h"
 #include "common/real.h"
 
 namespace lockstep::production_cloth::openmp {
@@ -34,6 +38,19 @@ RigidMotion motion_of(const std::int32_t* begin, const std::int32_t* end, bool h
   return motion;
 }
 
+// Velocities in which the impacts of a zone do not approach.
+void stop_all(const std::int32_t* begin, const std::int32_t* end, const Array<Real>& inverse_mass,
+              InelasticZones<Real>& z) {
+  double most = 0;
+  for (int sweep = 0; sweep < most_inelastic_sweeps; ++sweep) {
+    double greatest = 0;
+    for (const std::int32_t* k = begin; k < end; ++k)
+      greatest = std::max(greatest, stop(zone_impact(*k, inverse_mass, z), z.impulse[*k]));
+    if (sweep == 0) most = greatest;
+    if (!(greatest > tolerance_of_inelastic * most)) return;
+  }
+}
+
 }  // namespace
 
 void move_zones(const Contacts<Real>& impacts, const Array<Real>& inverse_mass, Real time_step,
@@ -56,6 +73,29 @@ void move_zones(const Contacts<Real>& impacts, const Array<Real>& inverse_mass, 
       const Vector3<double> to = motion.place({from.x, from.y, from.z});
       store(position, *v, Vector3<Real>{Real(to.x), Real(to.y), Real(to.z)});
       store(velocity, *v, (1 / time_step) * (load(position, *v) - from));
+    }
+  }
+}
+
+void move_zones_inelastic(const Contacts<Real>& impacts, const Array<Real>& inverse_mass, Real time_step,
+                          const Vectors<Real>& start, InelasticZones<Real>& z, Vectors<Real>& position,
+                          Vectors<Real>& velocity) {
+  collect(impacts, z);
+  const int count = static_cast<int>(z.zones.begin.size()) - 1;
+  // Zones share no vertex, and no impact.
+#pragma omp parallel for schedule(dynamic, 4)
+  for (int zone = 0; zone < count; ++zone) {
+    const int begin = z.zones.begin[zone], end = z.zones.begin[zone + 1];
+    for (int k = begin; k < end; ++k) {
+      const Vector3<Real> v = load(velocity, z.zones.vertex[k]);
+      z.velocity[4 * k] = v.x, z.velocity[4 * k + 1] = v.y, z.velocity[4 * k + 2] = v.z;
+    }
+    stop_all(z.order.data() + z.first[zone], z.order.data() + z.first[zone + 1], inverse_mass, z);
+    for (int k = begin; k < end; ++k) {
+      const std::int32_t i = z.zones.vertex[k];
+      if (!(inverse_mass[i] > 0)) continue;
+      store(velocity, i, {Real(z.velocity[4 * k]), Real(z.velocity[4 * k + 1]), Real(z.velocity[4 * k + 2])});
+      store(position, i, load(start, i) + time_step * load(velocity, i));
     }
   }
 }

@@ -156,8 +156,8 @@ void step(const Cloth<Real>& cloth, const Forms& forms, const Script<Real>& scri
     done(Module::impulses);
     before_find = Module::impulses;
   };
-  memory.took.collided =
-      collide<Real>(find, stop, move_zones, cloth.inverse_mass, dt, start, memory.end, memory.middle, memory.collide);
+  memory.took.collided = collide<Real>(find, stop, {move_zones, move_zones_inelastic, cloth.contact.zones},
+                                       cloth.inverse_mass, dt, start, memory.end, memory.middle, memory.collide);
   if (!memory.took.collided.free) {
     rest(motion.velocity);
     return;

@@ -31,7 +31,7 @@ Array<float> inverse_masses(const Scene& scene) {
 Vectors<float> rest_positions(const Scene& scene) { return convert<float>(scene.rest); }
 
 Scenes all_scenes() {
-  return {.verify = {"two_triangles", "ball_and_walls", "ball_5k", "tube_5k"},
+  return {.verify = {"two_triangles", "ball_and_walls", "knot_turns", "ball_5k", "tube_5k"},
           .more = {"ball_92k"},
           .bench = {"ball_5k", "ball_92k"},
           .tsan = {"ball_5k"}};
