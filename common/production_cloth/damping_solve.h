@@ -28,12 +28,26 @@
 
 namespace lockstep::production_cloth {
 
+namespace openmp {
+
+// Made for the elements. Slices list what each vertex has of membranes and of hinges.
+struct DampingRoom {
+  Array<float> p, q, inverse_mass;  // vectors: the direction; A p; 1 / m of the vertex in each of its numbers
+  Array<float> parts, rate;         // of membranes; of hinges, and a 0
+  Slices membranes_at, hinges_at;   // records of parts; hinges, that behind the last to fill up
+  Array<std::int32_t> fold_at;  // [16 item + lane]: where the hinge's slope by the vertex stands in the state's fold
+  Array<float> slope_at;        // [16 (3 item + c) + lane]: that slope
+  Array<double> sums;           // [block]: three sums each
+};
+
+}  // namespace openmp
+
 // Vectors of the solve hold component c of vertex v at 4 v + c, and 0 at 4 v + 3: records that lanes load whole.
 template <class Real>
 struct DampingMemory {
-  Array<Real> b, x;   // the right-hand side; the change of velocity
-  Array<Real> pulls;  // serial: -D p
-  Array<Real> parts;  // openmp: of membranes and hinges
+  Array<Real> b, x;               // the right-hand side, in openmp then the residual; the change of velocity
+  Array<Real> pulls = {};         // serial: -D p
+  openmp::DampingRoom room = {};  // of openmp alone
 };
 
 template <class Real>

@@ -93,6 +93,9 @@ void find(const Array<Real>& vertex, std::span<const ElementPair> pairs, const a
     return apart_along_axes<kind>(load_corners(vertex, pairs, which, n, corners_of));
   });
   keep(left, [&](const std::int32_t* which, int n) {
+    return apart_midway<kind>(spans_of(load_corners(vertex, pairs, which, n, corners_of)));
+  });
+  keep(left, [&](const std::int32_t* which, int n) {
     return never_in_plane(cubic_of(spans_of(load_corners(vertex, pairs, which, n, corners_of))));
   });
   keep(left, [&](const std::int32_t* which, int n) {

@@ -39,7 +39,7 @@ template <Kind kind>
 bool may_meet(const Corners<Number>& x) {
   if (apart_along_axes<kind>(x)) return false;
   const Spans<Number> spans = spans_of(x);
-  return !(never_in_plane(cubic_of(spans)) || apart_in_quarters<kind>(spans));
+  return !(apart_midway<kind>(spans) || never_in_plane(cubic_of(spans)) || apart_in_quarters<kind>(spans));
 }
 
 template <Kind kind>
