@@ -30,14 +30,11 @@ namespace lockstep::production_cloth {
 
 namespace openmp {
 
-// Made for the elements. Slices list what each vertex has of membranes and of hinges.
 struct DampingRoom {
-  Array<float> p, q, inverse_mass;  // vectors: the direction; A p; 1 / m of the vertex in each of its numbers
-  Array<float> parts, rate;         // of membranes; of hinges, and a 0
-  Slices membranes_at, hinges_at;   // records of parts; hinges, that behind the last to fill up
-  Array<std::int32_t> fold_at;  // [16 item + lane]: where the hinge's slope by the vertex stands in the state's fold
-  Array<float> slope_at;        // [16 (3 item + c) + lane]: that slope
-  Array<double> sums;           // [block]: three sums each
+  Array<float> p, q;          // the direction; A p
+  Array<float> inverse_mass;  // 1/kg: of the vertex, in each of its numbers
+  Array<float> parts;         // of membranes and hinges
+  Array<double> sums;         // [block]: three each
 };
 
 }  // namespace openmp

@@ -144,16 +144,11 @@ inline Parts<T, 4> damped_slope(const T& root_of_damping, const Fold<T>& fold) {
            root_of_damping * fold.slope[3]}};
 }
 
-// What a hinge's damping multiplies its slope by, of the corners' velocities. Slopes sum to 0, so that one velocity may
-// be taken off all: one that all have is no rate.
-template <class T>
-inline T rate_of_hinge(const Parts<T, 4>& slope, const Parts<T, 4>& v) {
-  return -((dot(slope.of[0], v.of[0] - v.of[2]) + dot(slope.of[1], v.of[1] - v.of[2])) +
-           dot(slope.of[3], v.of[3] - v.of[2]));
-}
+// Of the corners' velocities. Slopes sum to 0, so that one velocity may be taken off all: one that all have is no rate.
 template <class T>
 inline Parts<T, 4> damping_of_hinge(const Parts<T, 4>& slope, const Parts<T, 4>& v) {
-  const T rate = rate_of_hinge(slope, v);
+  const T rate = -((dot(slope.of[0], v.of[0] - v.of[2]) + dot(slope.of[1], v.of[1] - v.of[2])) +
+                   dot(slope.of[3], v.of[3] - v.of[2]));
   return {{rate * slope.of[0], rate * slope.of[1], rate * slope.of[2], rate * slope.of[3]}};
 }
 

@@ -1,12 +1,11 @@
 // The damping of a cloth, implicit, by conjugate gradients.
 //
 // The algorithm stands in serial/production_cloth/damping_solve.cpp. In a product, as in `forces`, a vertex goes
-// through its links itself, and adds up what membranes and hinges give it, in the order of the elements: the serial
-// bits. Of a hinge it is the slope by the vertex times one number: hinges store these numbers, and each vertex has a
-// copy of its slopes, made once a solve. Sixteen vertices at once.
+// through its links itself, and adds up the parts that membranes and hinges have stored, in the order of the elements:
+// the serial bits. Sixteen vertices at once.
 //
 // All iterations are one parallel region, in which every thread carries the same scalars along. An iteration waits four
-// times: for the numbers of hinges and the parts of membranes; for A p and p . A p; for the residual and its two sums;
+// times: for the parts of membranes and hinges; for A p and p . A p; for the residual and its two sums;
 // for the next direction. Sums are of blocks of vertices, in the order of linear/'s dot product, and each thread adds
 // up all blocks itself.
 //
@@ -16,7 +15,6 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
-#include <vector>
 
 #include "common/linear/dot.h"
 #include "common/real.h"
@@ -58,9 +56,9 @@ Vector3<floatv> add_links(const Elements<Real>& elements, const State<Real>& sta
   return sum;
 }
 
-// Membranes store their parts, hinges what slopes are multiplied by. A team calls it, and waits at its end.
-void damp_elements(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
-                   DampingRoom& room) {
+// The parts of membranes and hinges. A team calls it, and waits at its end.
+void store_all_parts(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
+                     DampingRoom& room) {
   if (elements.membranes == 0 && elements.hinges == 0) return;
   const auto corner = [&](const Blocked<std::int32_t>& corners, int block, int c) {
     return load_records_at(v.data(), corners.vector(block, c));
@@ -75,7 +73,7 @@ void damp_elements(const Elements<Real>& elements, const State<Real>& state, std
                     corner(elements.membrane_corner, block, 1), corner(elements.membrane_corner, block, 2)),
                 &room.parts[membrane_parts(block)]);
   }
-  // A block writes its own numbers.
+  // Likewise.
 #pragma omp for schedule(static)
   for (int block = 0; block < elements.hinge_corner_blocks(); ++block) {
     Parts<floatv, 4> slope, of_corners;
@@ -83,32 +81,8 @@ void damp_elements(const Elements<Real>& elements, const State<Real>& state, std
       slope.of[c] = load_fields(state.fold, block, 3 * c);
       of_corners.of[c] = corner(elements.hinge_corner, block, c);
     }
-    store(&room.rate[lanes * static_cast<std::size_t>(block)], rate_of_hinge(slope, of_corners));
+    store_parts(damping_of_hinge(slope, of_corners), &room.parts[hinge_parts(elements, block)]);
   }
-}
-
-// What the hinges of a slice's vertices give them, in their order.
-LOCKSTEP_INLINE Vector3<floatv> add_hinges(const DampingRoom& room, int slice, Vector3<floatv> sum) {
-  for (std::size_t k = room.hinges_at.first[slice]; k < std::size_t(room.hinges_at.first[slice + 1]); ++k) {
-    const Real* const slope = &room.slope_at[3 * lanes * k];
-    const floatv rate = gather(room.rate.data(), load(&room.hinges_at.at[lanes * k]));
-    sum = sum + rate * Vector3<floatv>{load(slope), load(slope + lanes), load(slope + 2 * lanes)};
-  }
-  return sum;
-}
-
-// The slopes of hinges by their vertices, as slices have them. A team calls it.
-void copy_slopes(const Elements<Real>& elements, const State<Real>& state, DampingRoom& room) {
-  const int none = lanes * elements.hinge_corner_blocks();
-  // A slice writes its own slopes.
-#pragma omp for schedule(static) nowait
-  for (int slice = 0; slice < elements.slices(); ++slice)
-    for (std::size_t k = room.hinges_at.first[slice]; k < std::size_t(room.hinges_at.first[slice + 1]); ++k) {
-      const maskv is_there = load(&room.hinges_at.at[lanes * k]) < none;
-      const intv at = load(&room.fold_at[lanes * k]);
-      for (int c = 0; c < 3; ++c)
-        store(&room.slope_at[lanes * (3 * k + c)], gather(state.fold.value.data(), at + lanes * c, is_there));
-    }
 }
 
 constexpr int slices_of_block = linear::dot_block / record_floats;
@@ -119,7 +93,7 @@ static_assert(linear::dot_block % record_floats == 0);
 template <class Row, class Sum>
 void damp(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v, DampingRoom& room,
           const Row& row, const Sum& sum) {
-  damp_elements(elements, state, v, room);
+  store_all_parts(elements, state, v, room);
   with_links_of(elements, [&](auto springs, auto bending) {
     const int slices = elements.slices();
     // A block writes its own rows and sums.
@@ -128,7 +102,7 @@ void damp(const Elements<Real>& elements, const State<Real>& state, std::span<co
       const int end = std::min(begin + slices_of_block, slices);
       for (int slice = begin; slice < end; ++slice) {
         const Vector3<floatv> pulls = add_links<decltype(springs), decltype(bending)>(elements, state, v, slice);
-        row(slice, add_hinges(room, slice, add_parts(room.membranes_at, room.parts.data(), slice, pulls)));
+        row(slice, add_parts(elements.parts_at, room.parts.data(), slice, pulls));
       }
       sum(begin / slices_of_block, begin * record_floats, end * record_floats);
     }
@@ -142,46 +116,12 @@ double total(const DampingRoom& room, int which) {
   return sum;
 }
 
-// A vertex's records of `parts_at` from `first` to `last` - 1, as slices of their own; fill: what fills up.
-template <class Item>
-Slices slices_between(const Elements<Real>& elements, int first, int last, const Item& item, std::int32_t fill) {
-  Slices slices;
-  slices.first.push_back(0);
-  for (int slice = 0; slice < elements.slices(); ++slice) {
-    std::vector<std::int32_t> lists[lanes];
-    std::size_t longest = 0;
-    for (int k = elements.parts_at.first[slice]; k < elements.parts_at.first[slice + 1]; ++k)
-      for (int l = 0; l < lanes; ++l) {
-        const std::int32_t record = elements.parts_at.at[lanes * static_cast<std::size_t>(k) + l];
-        if (record >= first && record < last) lists[l].push_back(item(record - first));
-        longest = std::max(longest, lists[l].size());
-      }
-    for (std::size_t k = 0; k < longest; ++k)
-      for (const std::vector<std::int32_t>& list : lists) slices.at.push_back(k < list.size() ? list[k] : fill);
-    slices.first.push_back(static_cast<std::int32_t>(slices.at.size() / lanes));
-  }
-  return slices;
-}
-
 }  // namespace
 
 DampingMemory<Real> make_damping_memory(const Elements<Real>& elements) {
   DampingMemory<Real> memory = {make_records(elements), make_records(elements)};
   DampingRoom& room = memory.room;
   room.p = room.q = room.inverse_mass = make_records(elements), room.parts = make_parts(elements);
-  const int first = elements.hinge_record(0, 0), last = elements.last_record();
-  const int none = lanes * elements.hinge_corner_blocks();
-  room.rate.resize(none + 1);
-  room.membranes_at = slices_between(
-      elements, 0, first, [](int record) { return record; }, last);
-  // Of record (16 (4 block + c) + lane): the hinge; and its slope by corner c, field 3 c of twelve.
-  room.hinges_at = slices_between(
-      elements, first, last, [](int r) { return r / (4 * lanes) * lanes + r % lanes; }, none);
-  room.fold_at = slices_between(
-                     elements, first, last,
-                     [](int r) { return r / (4 * lanes) * 12 * lanes + r / lanes % 4 * 3 * lanes + r % lanes; }, 0)
-                     .at;
-  room.slope_at.resize(3 * room.hinges_at.at.size());
   room.sums.resize(3 * ((memory.b.size() + linear::dot_block - 1) / linear::dot_block));
   return memory;
 }
@@ -236,7 +176,6 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
       set(x, i, select(first_lanes(elements.vertices - lanes * i), load(v, lanes * i), none));
       set(room.inverse_mass, i, {inverse, inverse, inverse});
     }
-    copy_slopes(elements, state, room);
     damp(
         elements, state, x, room,
         [&](int i, const Vector3<floatv>& pulls) {

@@ -79,10 +79,15 @@ void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& lev
       const auto shares = share(a);
       for (const Node& other : reached.nodes) {
         if (!overlap(box, other.box)) continue;
+        // Whether boxes overlap is hard to guess, so that it decides on no branch.
+        int hits = 0, hit[tree_width];
         for (std::size_t k = other.begin; k < other.end; ++k) {
-          const int b = reached.elements[k].number;
-          if (overlap(box, reached.elements[k].box) && (!same || a < b) && !shares(b)) add_pair(pairs, {a, b});
+          const Element& b = reached.elements[k];
+          hit[hits] = b.number;
+          hits += overlap(box, b.box) & (!same || a < b.number);
         }
+        for (int k = 0; k < hits; ++k)
+          if (!shares(hit[k])) add_pair(pairs, {a, hit[k]});
       }
     }
   }
