@@ -1,4 +1,4 @@
-// Continuous collision detection, sixteen pairs at a time through the three tests that dismiss pairs.
+// Continuous collision detection, sixteen pairs at a time through the four tests that dismiss pairs.
 //
 // Both positions of a vertex are first put side by side, so that a vertex of a pair costs one access. Then threads take
 // chunks of pairs. What the cheap tests leave of a chunk is packed, so that the dearer ones have full vectors, too. The

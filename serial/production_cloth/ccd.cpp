@@ -1,4 +1,4 @@
-// Continuous collision detection, a pair at a time: three tests that dismiss pairs, from the cheapest to the dearest,
+// Continuous collision detection, a pair at a time: four tests that dismiss pairs, from the cheapest to the dearest,
 // and then the search for the impact, in double.
 //
 // The contract stands in common/production_cloth/ccd.h, the tests in ccd_filters.h, the search in ccd_impact.h.

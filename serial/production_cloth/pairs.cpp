@@ -11,6 +11,7 @@
 // Source: [ITJ07] on the broad phase. The contract stands in common/production_cloth/pairs.h.
 #include "common/production_cloth/pairs.h"
 
+#include "common/math.h"
 #include "common/real.h"
 #include "common/spatial/pairs.h"
 
@@ -18,6 +19,13 @@ namespace lockstep::production_cloth::serial {
 namespace {
 
 using namespace spatial;
+
+// Whether closed boxes overlap. No difference of two numbers is 0 but that of equal ones, so it is exact; one comparison
+// takes less time than six whose outcome nobody can guess.
+bool meet(const Box<Real>& a, const Box<Real>& b) {
+  const Real x = max(a.low.x - b.high.x, b.low.x - a.high.x), y = max(a.low.y - b.high.y, b.low.y - a.high.y);
+  return max(max(x, y), max(a.low.z - b.high.z, b.low.z - a.high.z)) <= 0;
+}
 
 // An element, or elements begin .. end - 1 of those in reach, and the box around.
 struct Element {
@@ -28,6 +36,9 @@ struct Node {
   Box<Real> box;
   std::size_t begin, end;
 };
+
+// So few elements in reach are tested without their nodes: that takes less than to guess which nodes a box overlaps.
+constexpr int few = 4 * tree_width;
 
 // A tree, and what one descent has reached: nodes, and those of their elements that are in reach themselves. Their
 // boxes are put one behind the other, as sixteen elements go through them.
@@ -42,7 +53,7 @@ struct Reached {
     for (int child = node * tree_width; child < (node + 1) * tree_width; ++child) {
       if (child < from >> 4 * (level - 1)) continue;
       const Box<Real> of_child = boxes.box(levels.first[level] + child);
-      if (!overlap(box, of_child)) continue;
+      if (!meet(box, of_child)) continue;
       if (level > 1)
         descend(box, from, level - 1, child);
       else
@@ -53,7 +64,7 @@ struct Reached {
   void add(const Box<Real>& box, int node, const Box<Real>& of_node) {
     const std::size_t begin = elements.size();
     for (int e = node * tree_width; e < (node + 1) * tree_width; ++e)
-      if (const Box<Real> of_element = boxes.box(e); overlap(box, of_element)) elements.push_back({of_element, e});
+      if (const Box<Real> of_element = boxes.box(e); meet(box, of_element)) elements.push_back({of_element, e});
     if (elements.size() > begin) nodes.push_back({of_node, begin, elements.size()});
   }
 };
@@ -74,20 +85,25 @@ void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& lev
   for (int node = 0; node < levels_a.nodes(); ++node) {
     reached.nodes.clear(), reached.elements.clear();
     reached.descend(boxes_a.box(levels_a.first[1] + node), same ? node : 0, levels_b.last(), 0);
+    if (reached.elements.size() <= few) reached.nodes = {{whole_space<Real>, 0, reached.elements.size()}};
     for (int a = node * tree_width; a < std::min((node + 1) * tree_width, levels_a.elements); ++a) {
       const Box<Real> box = boxes_a.box(a);
       const auto shares = share(a);
       for (const Node& other : reached.nodes) {
-        if (!overlap(box, other.box)) continue;
-        // Whether boxes overlap is hard to guess, so that it decides on no branch.
-        int hits = 0, hit[tree_width];
+        if (!meet(box, other.box)) continue;
+        // What a box overlaps is hard to guess, too, so that it decides on no branch.
+        int hits = 0, pairs_of_a = 0, hit[few];
         for (std::size_t k = other.begin; k < other.end; ++k) {
           const Element& b = reached.elements[k];
           hit[hits] = b.number;
-          hits += overlap(box, b.box) & (!same || a < b.number);
+          hits += meet(box, b.box) & (!same || a < b.number);
         }
-        for (int k = 0; k < hits; ++k)
-          if (!shares(hit[k])) add_pair(pairs, {a, hit[k]});
+        for (int k = 0; k < hits; ++k) {
+          const bool is_pair = !shares(hit[k]);
+          hit[pairs_of_a] = hit[k];
+          pairs_of_a += is_pair;
+        }
+        for (int k = 0; k < pairs_of_a; ++k) add_pair(pairs, {a, hit[k]});
       }
     }
   }
