@@ -25,7 +25,7 @@ struct Stage {
   bool small;
 };
 
-constexpr int small_batch = 512;  // contacts: less work than what a barrier costs
+constexpr int small_batch = 64;  // contacts: less work than what a barrier costs
 
 inline std::vector<Stage> stages_of(const Batches& batches) {
   std::vector<Stage> stages;
