@@ -1,8 +1,8 @@
 // The pairs of a cloth's elements whose boxes overlap: vertices meet the tree of triangles, edges meet their own tree.
 //
 // A node of sixteen elements descends the other tree as one: its neighbours on the cloth want the same nodes there. What
-// it reaches are nodes of sixteen others, in the order of their numbers, of which only what overlaps the node is kept;
-// then each of the sixteen elements looks into those of them that its own box overlaps. So pairs come out in order, and each once: nothing is sorted, and no pair is
+// it reaches are nodes of sixteen others, in the order of their numbers; then each of the sixteen elements looks into
+// those of them that its own box overlaps. So pairs come out in order, and each once: nothing is sorted, and no pair is
 // found by way of two triangles, as it would be in a tree of triangles alone (which for a cloth on a ball holds 8.7
 // times as many pairs).
 //
@@ -11,7 +11,6 @@
 // Source: [ITJ07] on the broad phase. The contract stands in common/production_cloth/pairs.h.
 #include "common/production_cloth/pairs.h"
 
-#include "common/math.h"
 #include "common/real.h"
 #include "common/spatial/pairs.h"
 
@@ -20,52 +19,22 @@ namespace {
 
 using namespace spatial;
 
-// Whether closed boxes overlap. No difference of two numbers is 0 but that of equal ones, so it is exact; one comparison
-// takes less time than six whose outcome nobody can guess.
-bool meet(const Box<Real>& a, const Box<Real>& b) {
-  const Real x = max(a.low.x - b.high.x, b.low.x - a.high.x), y = max(a.low.y - b.high.y, b.low.y - a.high.y);
-  return max(max(x, y), max(a.low.z - b.high.z, b.low.z - a.high.z)) <= 0;
-}
-
-// An element, or elements begin .. end - 1 of those in reach, and the box around.
-struct Element {
-  Box<Real> box;
-  int number;
-};
-struct Node {
-  Box<Real> box;
-  std::size_t begin, end;
-};
-
-// So few elements in reach are tested without their nodes: that takes less than to guess which nodes a box overlaps.
-constexpr int few = 4 * tree_width;
-
-// A tree, and what one descent has reached: nodes, and those of their elements that are in reach themselves. Their
-// boxes are put one behind the other, as sixteen elements go through them.
+// A tree, and nodes of elements that one descent has reached.
 struct Reached {
   const Levels& levels;
   const Bounds<Real>& boxes;
-  std::vector<Node> nodes = {};
-  std::vector<Element> elements = {};
+  std::vector<int> nodes = {};
 
-  // Adds what overlaps the box and is below a node of a level, of nodes from `from` on.
+  // Adds the nodes from `from` on that overlap the box and are below a node of a level.
   void descend(const Box<Real>& box, int from, int level, int node) {
     for (int child = node * tree_width; child < (node + 1) * tree_width; ++child) {
-      if (child < from >> 4 * (level - 1)) continue;
-      const Box<Real> of_child = boxes.box(levels.first[level] + child);
-      if (!meet(box, of_child)) continue;
+      const bool before = child < from >> 4 * (level - 1);
+      if (before || !overlap(box, boxes.box(levels.first[level] + child))) continue;
       if (level > 1)
         descend(box, from, level - 1, child);
       else
-        add(box, child, of_child);
+        nodes.push_back(child);
     }
-  }
-
-  void add(const Box<Real>& box, int node, const Box<Real>& of_node) {
-    const std::size_t begin = elements.size();
-    for (int e = node * tree_width; e < (node + 1) * tree_width; ++e)
-      if (const Box<Real> of_element = boxes.box(e); meet(box, of_element)) elements.push_back({of_element, e});
-    if (elements.size() > begin) nodes.push_back({of_node, begin, elements.size()});
   }
 };
 
@@ -83,27 +52,15 @@ void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& lev
   Reached reached = {levels_b, boxes_b};
   pairs.clear();
   for (int node = 0; node < levels_a.nodes(); ++node) {
-    reached.nodes.clear(), reached.elements.clear();
+    reached.nodes.clear();
     reached.descend(boxes_a.box(levels_a.first[1] + node), same ? node : 0, levels_b.last(), 0);
-    if (reached.elements.size() <= few) reached.nodes = {{whole_space<Real>, 0, reached.elements.size()}};
     for (int a = node * tree_width; a < std::min((node + 1) * tree_width, levels_a.elements); ++a) {
       const Box<Real> box = boxes_a.box(a);
       const auto shares = share(a);
-      for (const Node& other : reached.nodes) {
-        if (!meet(box, other.box)) continue;
-        // What a box overlaps is hard to guess, too, so that it decides on no branch.
-        int hits = 0, pairs_of_a = 0, hit[few];
-        for (std::size_t k = other.begin; k < other.end; ++k) {
-          const Element& b = reached.elements[k];
-          hit[hits] = b.number;
-          hits += meet(box, b.box) & (!same || a < b.number);
-        }
-        for (int k = 0; k < hits; ++k) {
-          const bool is_pair = !shares(hit[k]);
-          hit[pairs_of_a] = hit[k];
-          pairs_of_a += is_pair;
-        }
-        for (int k = 0; k < pairs_of_a; ++k) add_pair(pairs, {a, hit[k]});
+      for (const int other : reached.nodes) {
+        if (!overlap(box, boxes_b.box(levels_b.first[1] + other))) continue;
+        for (int b = other * tree_width; b < (other + 1) * tree_width; ++b)
+          if ((!same || a < b) && overlap(box, boxes_b.box(b)) && !shares(b)) add_pair(pairs, {a, b});
       }
     }
   }
