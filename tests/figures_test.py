@@ -15,8 +15,10 @@ import unittest
 
 FOLDER = pathlib.Path(__file__).resolve().parent.parent / "notes" / "figures"
 sys.path.insert(0, str(FOLDER))
-import draw  # noqa: E402, from the folder above
+import cloth_modules  # noqa: E402, from the folder above
+import draw  # noqa: E402
 import measure  # noqa: E402
+import module_times  # noqa: E402
 import face_modules  # noqa: E402
 import production_modules  # noqa: E402
 
@@ -58,7 +60,7 @@ KERNELS = [
 ]
 
 # That have kernels of their own, of both production applications.
-MODULES = [m for figure in (production_modules, face_modules) for m, form in figure.MODULES.items() if form is not None]
+MODULES = [m for figure in (production_modules, face_modules, cloth_modules) for m, form in figure.MODULES.items() if form is not None]
 
 
 def reports(threads=(1, 2)):
@@ -140,6 +142,19 @@ def reports(threads=(1, 2)):
         | modelled(cores, 8.0 / cores, 9.0 / cores)
         for module, form in face_kernels.items()
         for cores in counts
+    ]
+    cloth_kernels = module_times.kernels_of("production_cloth", cloth_modules.MODULES, cloth_modules.KERNELS)
+    scale += [
+        {"kernel": kernel, "form": cloth_modules.MODULES[module], "scene": cloth_modules.SCALED_ON}
+        | modelled(cores, 8.0 / cores, 9.0 / cores)
+        for module, kernel in cloth_kernels.items()
+        for cores in counts
+    ]
+    with_costs["cloth_modules"] = [
+        {"scene": "curtain", "variant": variant, "form": cloth_modules.FORM, "threads": count, "triangles": 1000}
+        | {"steps": 2, "iterations": 40, "near": 3, "impacts": 1}
+        | {"modules": [{"module": module, "ms": ms + k} for k, module in enumerate(cloth_modules.MODULES)]}
+        for variant, count, ms in (("serial", 1, 40.0), *(("openmp", t, 20.0 / t) for t in threads))
     ]
     with_costs["face_modules"] = [
         {"scene": "face_381k", "variant": variant, "form": face_modules.FORM, "threads": count, "tetrahedra": 1000}

@@ -25,6 +25,7 @@
 #include "verify/cloth/run.h"
 #include "verify/names.h"
 #include "verify/options.h"
+#include "verify/production_cloth/frame.h"
 #include "verify/production_face/forms.h"
 #include "verify/production_fluid/forms.h"
 #include "verify/report.h"
@@ -293,6 +294,11 @@ void face_modules(const FigureOptions&, const Model&, RowsOf& rows) {
   omp_set_num_threads(most);
 }
 
+// Milliseconds of a frame of the production cloth by module.
+void cloth_modules(const FigureOptions&, const Model&, RowsOf& rows) {
+  rows_of_cloth_frame([&](Rows fields, const auto& measure) { rows.add(std::move(fields), measure); });
+}
+
 struct Figure {
   const char* name;
   void (*compute)(const FigureOptions& options, const Model& model, RowsOf& rows);
@@ -300,7 +306,8 @@ struct Figure {
 
 constexpr Figure all_figures[] = {{"cloth_convergence", cloth_convergence},   {"levelset_blocks", levelset_blocks},
                                   {"levelset_slice", levelset_slice},         {"contact_batches", contact_batches},
-                                  {"production_modules", production_modules}, {"face_modules", face_modules}};
+                                  {"production_modules", production_modules}, {"face_modules", face_modules},
+                                  {"cloth_modules", cloth_modules}};
 
 }  // namespace
 

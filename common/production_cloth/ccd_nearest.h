@@ -73,6 +73,15 @@ inline Nearest<V> nearest(const Vector3<V> (&span)[3]) {
     return nearest_of_edges(span[0], span[1], span[2]);
 }
 
+// Whether the direction between the nearest points in the middle of the step keeps the elements apart from start to end.
+// It may be any, so that what rounding makes of it does not count.
+template <Kind kind, class V>
+inline MaskOf<V> apart_midway(const Spans<V>& spans) {
+  Vector3<V> twice[3];
+  for (int k = 0; k < 3; ++k) twice[k] = spans.start[k] + spans.end[k];
+  return apart_along<kind>(spans, nearest<kind>(twice).apart, 1);
+}
+
 // Whether in each quarter of the step the vertices are never in one plane, or the elements are kept apart by the
 // direction between the nearest points in the quarter's middle. That direction may be anything: it need not be exact.
 // Spans within the step have two roundings more than those at its ends: of a product and of a sum.

@@ -28,12 +28,23 @@
 
 namespace lockstep::production_cloth {
 
+namespace openmp {
+
+struct DampingRoom {
+  Array<float> p, q;          // the direction; A p
+  Array<float> inverse_mass;  // 1/kg: of the vertex, in each of its numbers
+  Array<float> parts;         // of membranes and hinges
+  Array<double> sums;         // [block]: three each
+};
+
+}  // namespace openmp
+
 // Vectors of the solve hold component c of vertex v at 4 v + c, and 0 at 4 v + 3: records that lanes load whole.
 template <class Real>
 struct DampingMemory {
-  Array<Real> b, x;   // the right-hand side; the change of velocity
-  Array<Real> pulls;  // serial: -D p
-  Array<Real> parts;  // openmp: of membranes and hinges
+  Array<Real> b, x;               // the right-hand side, in openmp then the residual; the change of velocity
+  Array<Real> pulls = {};         // serial: -D p
+  openmp::DampingRoom room = {};  // of openmp alone
 };
 
 template <class Real>

@@ -9,13 +9,16 @@
 //   hinges      f_i = k |e|^2 / (|N1| + |N2|) (sin(theta / 2) - sin(theta0 / 2)) u_i, which has no potential
 //   quadratic   f = -Q x, Q = sum over hinges of 3 D / (A1 + A2) K K^T, K of cotangents at rest
 //
-// In:      elements; position, m, finite.
-// Out:     force, N; state, of the elements' size, all of it but the padding.
+// forces_colours adds up in the order of colours instead, kind by kind: links, membranes, hinges.
+//
+// In:      elements; position, m, finite; colours, made for the elements.
+// Out:     force, N; state, of the elements' size, all of it but the padding. The forms without a state leave none.
 // openmp's forces takes room of the state for its scratch. Arrays are padded.
 //
 // Source: Bridson, Marino and Fedkiw 2003; Bergou et al. 2006; [ITJ07] "Production Cloth".
 #pragma once
 
+#include "common/production_cloth/colours.h"
 #include "common/production_cloth/elastic.h"
 #include "common/production_cloth/element_forces.h"
 
@@ -25,16 +28,25 @@ template <class Real>
 using Forces = void(const Elements<Real>& elements, const Vectors<Real>& position, State<Real>& state,
                     Vectors<Real>& force);
 
+template <class Real>
+using ForcesInColours = void(const Elements<Real>& elements, const Colours& colours, const Vectors<Real>& position,
+                             Vectors<Real>& force);
+
 namespace serial {
 State<float> make_state(const Elements<float>& elements);
 State<double> make_state(const Elements<double>& elements);
 Forces<float> forces;
 Forces<double> forces;
+ForcesInColours<float> forces_colours;
+ForcesInColours<double> forces_colours;
 }  // namespace serial
 
 namespace openmp {
 State<float> make_state(const Elements<float>& elements);
 Forces<float> forces;
+// Each vertex computes the membranes and hinges at it itself. Of the state it leaves springs' directions alone.
+Forces<float> forces_recompute;
+ForcesInColours<float> forces_colours;
 // Each addition under its vertex's lock, in the order in which threads come: rounding depends on it. Leaves no state.
 void forces_locks(const Elements<float>& elements, const Vectors<float>& position, Vectors<float>& force);
 }  // namespace openmp

@@ -13,8 +13,8 @@
 // The search covers motions that end within `room` of x + 2 h v, along each axis. It is repeated where 4 or 5 leave
 // that.
 //
-// Every change of the motion is followed by collision detection of all pairs. So a step ends without collisions, or is
-// cut off: where `most_zone_rounds` of zones leave some, the cloth stays where it was, and rests.
+// Every change of the motion is followed by collision detection of all pairs that it moves; the others did not meet,
+// and do not now. So a step ends without collisions, or is cut off: where `most_zone_rounds` of zones leave some, the cloth stays where it was, and rests.
 //
 //   original   repulsions and impulses one after another, in the order of pairs; serial alone
 //   jacobi     all at once, from the velocities before; a vertex takes the sum
@@ -96,7 +96,9 @@ struct StepMemory {
   ElementPairs pairs;
   Contacts<Real> near;
   CollideMemory<Real> collide;
-  openmp::CcdMemory ccd;  // of openmp alone
+  Array<std::int32_t> has_moved;  // [vertex]: since collisions were looked for last, 0 or 1
+  ElementPairs again;             // the pairs of such vertices
+  openmp::CcdMemory ccd;          // of openmp alone
   Took took;
   double seconds[int(Module::count)] = {};  // by module
 };
@@ -116,7 +118,16 @@ StepMemory<float> make_memory(const Cloth<float>& cloth);
 Step<float> step_jacobi, step_batches;
 }  // namespace openmp
 
-// --- Formulas
+// --- Shared by the two versions
+
+// Marks the vertices of impacts, to which impulses were given, or those of zones.
+template <class Real>
+void mark(const Contacts<Real>& impacts, Array<std::int32_t>& has_moved) {
+  for (std::size_t s = 0; s < 4 * impacts.count; ++s) has_moved[impacts.corner[s]] = 1;
+}
+inline void mark(const Zones& zones, Array<std::int32_t>& has_moved) {
+  for (const std::int32_t v : zones.vertex) has_moved[v] = 1;
+}
 
 // m: how far a vertex may end from where it was predicted to, along each axis.
 template <class Real>

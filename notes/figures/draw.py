@@ -32,6 +32,7 @@ FIGURES = [
     "frame_times",
     "production_modules",
     "face_modules",
+    "cloth_modules",
     "sph_locks",
     "roofline",
     "levelset_slice",

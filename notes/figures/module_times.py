@@ -1,7 +1,8 @@
 """A frame by module: what the figures of both production applications have in common.
 
 A figure's module gives: MODULES, the form of each module's kernel in the order of a step, None where a module has no
-kernel of its own; FORM of the step; SCALED_ON, the scene that kernels are modelled on, "" for that of the frame.
+kernel of its own; FORM of the step; SCALED_ON, the scene that kernels are modelled on, "" for that of the frame; and
+KERNELS, of modules whose kernels have other names.
 """
 
 import page
@@ -9,9 +10,14 @@ import source
 import style
 
 
-def reports(name, domain, modules):
+def kernels_of(domain, modules, names):
+    """{module: its kernel}, of those that have one."""
+    return {module: f"{domain}/{names.get(module, module)}" for module, form in modules.items() if form is not None}
+
+
+def reports(name, domain, modules, names={}):
     """REPORTS of the figure of this name."""
-    return {name: None, "scale": [f"{domain}/{module}" for module, form in modules.items() if form is not None]}
+    return {name: None, "scale": list(kernels_of(domain, modules, names).values())}
 
 
 def table(data, name, domain, figure, counts):
@@ -23,19 +29,20 @@ def table(data, name, domain, figure, counts):
     scaled_on = figure.SCALED_ON or serial["scene"]
     ms = [{m["module"]: m["ms"] for m in r["modules"]} for r in (serial, one, many)]
     rows = []
+    kernels = kernels_of(domain, figure.MODULES, getattr(figure, "KERNELS", {}))
     for module, form in figure.MODULES.items():
         if form is None or ms[1][module] < 1e-3 * sum(ms[1].values()):
             continue
         modelled = {
             r["cores"]: r
-            for r in source.rows_of(data, "scale", kernel=f"{domain}/{module}", form=form, scene=scaled_on)
+            for r in source.rows_of(data, "scale", kernel=kernels[module], form=form, scene=scaled_on)
         }
         most = max(c for c in modelled if c <= 64)
         gain = modelled[1]["modelled_ms"] / modelled[most]["modelled_ms"]
         rows.append(
             {"scene": serial["scene"]}
             | {count: serial[count] for count in counts}
-            | {"kernel": f"{domain}/{module}", "module": module, "form": form, "modelled_on": scaled_on}
+            | {"kernel": kernels[module], "module": module, "form": form, "modelled_on": scaled_on}
             | {"serial_ms": ms[0][module], "one_thread_ms": ms[1][module], "threads": many["threads"]}
             | {"many_threads_ms": ms[2][module], "cores": most, "modelled_speed_up": gain}
             | {"modelled_ms": ms[1][module] / gain}

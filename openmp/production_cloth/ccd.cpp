@@ -1,4 +1,4 @@
-// Continuous collision detection, sixteen pairs at a time through the three tests that dismiss pairs.
+// Continuous collision detection, sixteen pairs at a time through the four tests that dismiss pairs.
 //
 // Both positions of a vertex are first put side by side, so that a vertex of a pair costs one access. Then threads take
 // chunks of pairs. What the cheap tests leave of a chunk is packed, so that the dearer ones have full vectors, too. The
@@ -91,6 +91,9 @@ void find(const Array<Real>& vertex, std::span<const ElementPair> pairs, const a
   for (int k = 0; k < left.count; ++k) left.which[k] = k;
   keep(left, [&](const std::int32_t* which, int n) {
     return apart_along_axes<kind>(load_corners(vertex, pairs, which, n, corners_of));
+  });
+  keep(left, [&](const std::int32_t* which, int n) {
+    return apart_midway<kind>(spans_of(load_corners(vertex, pairs, which, n, corners_of)));
   });
   keep(left, [&](const std::int32_t* which, int n) {
     return never_in_plane(cubic_of(spans_of(load_corners(vertex, pairs, which, n, corners_of))));

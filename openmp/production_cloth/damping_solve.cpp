@@ -2,16 +2,21 @@
 //
 // The algorithm stands in serial/production_cloth/damping_solve.cpp. In a product, as in `forces`, a vertex goes
 // through its links itself, and adds up the parts that membranes and hinges have stored, in the order of the elements:
-// the serial bits. Sixteen vertices at once; blocks of vertices, which sum their share of p . A p, are shared among
-// threads. The conjugate gradients' own dot products and updates are linear/'s.
+// the serial bits. Sixteen vertices at once.
+//
+// All iterations are one parallel region, in which every thread carries the same scalars along. An iteration waits four
+// times: for the parts of membranes and hinges; for A p and p . A p; for the residual and its two sums;
+// for the next direction. Sums are of blocks of vertices, in the order of linear/'s dot product, and each thread adds
+// up all blocks itself.
 //
 // The contract stands in common/production_cloth/damping_solve.h.
 #include "common/production_cloth/damping_solve.h"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "common/linear/dot.h"
-#include "common/linear/iterate.h"
 #include "common/real.h"
 #include "openmp/linear/block_sums.h"
 #include "openmp/production_cloth/records.h"
@@ -51,62 +56,74 @@ Vector3<floatv> add_links(const Elements<Real>& elements, const State<Real>& sta
   return sum;
 }
 
-// The parts of membranes and hinges.
+// The parts of membranes and hinges. A team calls it, and waits at its end.
 void store_all_parts(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
-                     Array<Real>& parts) {
+                     DampingRoom& room) {
   if (elements.membranes == 0 && elements.hinges == 0) return;
   const auto corner = [&](const Blocked<std::int32_t>& corners, int block, int c) {
     return load_records_at(v.data(), corners.vector(block, c));
   };
-#pragma omp parallel
-  {
-    // A block writes its own parts.
+  // A block writes its own parts.
 #pragma omp for schedule(static) nowait
-    for (int block = 0; block < elements.membrane_corner_blocks(); ++block) {
-      const auto field = [&](const Blocked<Real>& array, int k) { return load(array.vector(block, k)); };
-      const Columns<floatv> f = {load_fields(state.deformation, block, 0), load_fields(state.deformation, block, 3)};
-      store_parts(damping_of_membrane<floatv>(
-                      elements, membrane_of<floatv>(elements, field), f, corner(elements.membrane_corner, block, 0),
-                      corner(elements.membrane_corner, block, 1), corner(elements.membrane_corner, block, 2)),
-                  &parts[membrane_parts(block)]);
-    }
-    // Likewise.
+  for (int block = 0; block < elements.membrane_corner_blocks(); ++block) {
+    const auto field = [&](const Blocked<Real>& array, int k) { return load(array.vector(block, k)); };
+    const Columns<floatv> f = {load_fields(state.deformation, block, 0), load_fields(state.deformation, block, 3)};
+    store_parts(damping_of_membrane<floatv>(
+                    elements, membrane_of<floatv>(elements, field), f, corner(elements.membrane_corner, block, 0),
+                    corner(elements.membrane_corner, block, 1), corner(elements.membrane_corner, block, 2)),
+                &room.parts[membrane_parts(block)]);
+  }
+  // Likewise.
 #pragma omp for schedule(static)
-    for (int block = 0; block < elements.hinge_corner_blocks(); ++block) {
-      Parts<floatv, 4> slope, of_corners;
-      for (int c = 0; c < 4; ++c) {
-        slope.of[c] = load_fields(state.fold, block, 3 * c);
-        of_corners.of[c] = corner(elements.hinge_corner, block, c);
-      }
-      store_parts(damping_of_hinge(slope, of_corners), &parts[hinge_parts(elements, block)]);
+  for (int block = 0; block < elements.hinge_corner_blocks(); ++block) {
+    Parts<floatv, 4> slope, of_corners;
+    for (int c = 0; c < 4; ++c) {
+      slope.of[c] = load_fields(state.fold, block, 3 * c);
+      of_corners.of[c] = corner(elements.hinge_corner, block, c);
     }
+    store_parts(damping_of_hinge(slope, of_corners), &room.parts[hinge_parts(elements, block)]);
   }
 }
 
-// Calls row(slice, -D v of its vertices) for every slice; returns the sum over blocks of slices, in their order, of
-// sum(begin, end), of elements of vectors, after their rows.
+constexpr int slices_of_block = linear::dot_block / record_floats;
+static_assert(linear::dot_block % record_floats == 0);
+
+// Calls row(slice, -D v of its vertices) for every slice, and then sum(block, begin, end), of elements of vectors, for
+// every block of slices. A team calls it, and waits at its end.
 template <class Row, class Sum>
-double damp(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v, Array<Real>& parts,
-            const Row& row, const Sum& sum) {
-  store_all_parts(elements, state, v, parts);
-  double total = 0;
+void damp(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v, DampingRoom& room,
+          const Row& row, const Sum& sum) {
+  store_all_parts(elements, state, v, room);
   with_links_of(elements, [&](auto springs, auto bending) {
-    total = linear::openmp::sum_of_blocks(v.size(), [&](std::size_t begin, std::size_t end) {
-      for (int slice = static_cast<int>(begin / record_floats); slice < static_cast<int>(end / record_floats);
-           ++slice) {
+    const int slices = elements.slices();
+    // A block writes its own rows and sums.
+#pragma omp for schedule(static)
+    for (int begin = 0; begin < slices; begin += slices_of_block) {
+      const int end = std::min(begin + slices_of_block, slices);
+      for (int slice = begin; slice < end; ++slice) {
         const Vector3<floatv> pulls = add_links<decltype(springs), decltype(bending)>(elements, state, v, slice);
-        row(slice, add_parts(elements.parts_at, parts.data(), slice, pulls));
+        row(slice, add_parts(elements.parts_at, room.parts.data(), slice, pulls));
       }
-      return sum(begin, end);
-    });
+      sum(begin / slices_of_block, begin * record_floats, end * record_floats);
+    }
   });
-  return total;
+}
+
+// Sum `which` of all blocks, added up in their order.
+double total(const DampingRoom& room, int which) {
+  double sum = 0;
+  for (std::size_t k = which; k < room.sums.size(); k += 3) sum += room.sums[k];
+  return sum;
 }
 
 }  // namespace
 
 DampingMemory<Real> make_damping_memory(const Elements<Real>& elements) {
-  return {make_records(elements), make_records(elements), {}, make_parts(elements)};
+  DampingMemory<Real> memory = {make_records(elements), make_records(elements)};
+  DampingRoom& room = memory.room;
+  room.p = room.q = room.inverse_mass = make_records(elements), room.parts = make_parts(elements);
+  room.sums.resize(3 * ((memory.b.size() + linear::dot_block - 1) / linear::dot_block));
+  return memory;
 }
 
 linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>& state, const Array<Real>& mass,
@@ -116,50 +133,99 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
   const Vector3<const Real*> f = pointers(force);
   const Vector3<Real*> v = pointers(velocity);
   const int slices = elements.slices();
+  DampingRoom& room = memory.room;
+  const std::span<Real> r = memory.b, x = memory.x, p = room.p, q = room.q;
+  const int n = static_cast<int>(r.size());
   // Padding has no inverse mass, either.
   const auto free = [&](int slice) {
     return (load(&inverse_mass[lanes * slice]) > 0.f) & first_lanes(elements.vertices - lanes * slice);
   };
-  const auto no_sum = [](std::size_t, std::size_t) { return 0.; };
-  // A slice writes its own records.
-#pragma omp parallel for schedule(static)
-  for (int i = 0; i < slices; ++i)
-    set(memory.x, i, select(first_lanes(elements.vertices - lanes * i), load(v, lanes * i), none));
-  damp(
-      elements, state, memory.x, memory.parts,
-      [&](int i, const Vector3<floatv>& pulls) {
-        const Vector3<floatv> rest = half_step * (load(f, lanes * i) + pulls);
-        set(memory.b, i, select(free(i), rest, none));
-      },
-      no_sum);
-
-  const auto multiply = [&](std::span<const Real> p, std::span<Real> q) {
-    return damp(
-        elements, state, p, memory.parts,
+  // r . r and r . z of a block, z = M^-1 r.
+  const auto sum_residual = [&](int block, int begin, int end) {
+    doublev rr = 0., rz = 0.;
+    for (int k = begin; k < end; k += lanes) {
+      const floatv rest = load(&r[k]);
+      rr = linear::openmp::add_products(rr, rest, rest);
+      rz = linear::openmp::add_products(rz, rest, load(&room.inverse_mass[k]) * rest);
+    }
+    room.sums[3 * static_cast<std::size_t>(block) + 1] = reduce_add(rr);
+    room.sums[3 * static_cast<std::size_t>(block) + 2] = reduce_add(rz);
+  };
+  const auto multiply = [&] {
+    damp(
+        elements, state, p, room,
         [&](int i, const Vector3<floatv>& pulls) {
           const Vector3<floatv> row = load(&mass[lanes * i]) * record(p, i) - half_step * pulls;
           set(q, i, select(free(i), row, none));
         },
-        [&](std::size_t begin, std::size_t end) {
+        [&](int block, int begin, int end) {
           doublev sum = 0.;
-          for (std::size_t k = begin; k < end; k += lanes)
-            sum = linear::openmp::add_products(sum, load(&p[k]), load(&q[k]));
-          return reduce_add(sum);
+          for (int k = begin; k < end; k += lanes) sum = linear::openmp::add_products(sum, load(&p[k]), load(&q[k]));
+          room.sums[3 * static_cast<std::size_t>(block)] = reduce_add(sum);
         });
+    return total(room, 0);
   };
-  const auto precondition = [&](std::span<const Real> r, std::span<Real> z) {
-  // A slice writes its own records.
-#pragma omp parallel for schedule(static)
-    for (int i = 0; i < slices; ++i) set(z, i, select(free(i), load(&inverse_mass[lanes * i]) * record(r, i), none));
-  };
-  const linear::VectorKernels<Real> kernels = {linear::openmp::dot, linear::openmp::axpy, linear::openmp::advance,
-                                               linear::openmp::descend};
-  const linear::System<Real> system = {multiply, precondition, nullptr, nullptr};
-  const linear::Solution solution = linear::iterate<Real>(kernels, system, memory.b, memory.x, stop);
 
-  // A slice writes its own velocities.
-#pragma omp parallel for schedule(static)
-  for (int i = 0; i < slices; ++i) store(v, lanes * i, load(v, lanes * i) + record(memory.x, i), free(i));
+  linear::Solution solution;
+#pragma omp parallel
+  {
+    // A slice writes its own records.
+#pragma omp for schedule(static)
+    for (int i = 0; i < slices; ++i) {
+      const floatv inverse = select(free(i), load(&inverse_mass[lanes * i]), floatv(0.f));
+      set(x, i, select(first_lanes(elements.vertices - lanes * i), load(v, lanes * i), none));
+      set(room.inverse_mass, i, {inverse, inverse, inverse});
+    }
+    damp(
+        elements, state, x, room,
+        [&](int i, const Vector3<floatv>& pulls) {
+          const Vector3<floatv> rest = half_step * (load(f, lanes * i) + pulls);
+          set(r, i, select(free(i), rest, none));
+        },
+        sum_residual);
+
+    // Every thread has these of its own, with the same bits.
+    linear::Solution mine;
+    const double norm_of_b = std::sqrt(total(room, 1));
+    double rz = 0;
+    Real step = 0;
+    if (norm_of_b != 0) mine = {.iterations = 0, .recursive_residual = 1, .true_residual = std::nan("")};
+    const auto done = [&] { return !(mine.recursive_residual > stop.tolerance) || mine.iterations >= stop.iterations; };
+    while (!done()) {
+      const double rz_before = std::exchange(rz, total(room, 2));
+      const bool is_first = mine.iterations == 0;
+      const Real share = is_first ? Real(0) : static_cast<Real>(rz / rz_before);
+      // An element is read and written by its own iteration alone.
+#pragma omp for schedule(static)
+      for (int k = 0; k < n; k += lanes) {
+        const floatv z = load(&room.inverse_mass[k]) * load(&r[k]), along = load(&p[k]);
+        store(&x[k], is_first ? floatv(0.f) : load(&x[k]) + step * along);
+        store(&p[k], is_first ? z : z + share * along);
+      }
+      const double pq = multiply();
+      if (!(pq > 0)) break;
+      step = static_cast<Real>(rz / pq);
+      // A block writes its own residual and sums.
+#pragma omp for schedule(static)
+      for (int begin = 0; begin < n; begin += linear::dot_block) {
+        const int end = std::min(begin + linear::dot_block, n);
+        for (int k = begin; k < end; k += lanes) store(&r[k], load(&r[k]) - step * load(&q[k]));
+        sum_residual(begin / linear::dot_block, begin, end);
+      }
+      mine.recursive_residual = std::sqrt(total(room, 1)) / norm_of_b;
+      ++mine.iterations;
+    }
+    const bool is_there = mine.iterations > 0, is_last_step_due = is_there && done();
+    // A slice writes its own velocities.
+#pragma omp for schedule(static)
+    for (int i = 0; i < slices; ++i) {
+      Vector3<floatv> change = is_there ? record(x, i) : none;
+      if (is_last_step_due) change = change + floatv(step) * record(p, i);
+      store(v, lanes * i, load(v, lanes * i) + change, free(i));
+    }
+#pragma omp single nowait
+    solution = mine;
+  }
   return solution;
 }
 

@@ -7,6 +7,7 @@
 #include "common/production_cloth/step.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "common/production_cloth/collide_bodies.h"
@@ -15,6 +16,7 @@
 #include "common/real.h"
 #include "common/simd.h"
 #include "common/stopwatch.h"
+#include "openmp/compaction.h"
 #include "openmp/vector_lanes.h"
 
 namespace lockstep::production_cloth::openmp {
@@ -103,6 +105,39 @@ Real farthest(int vertices, const Vectors<Real>& end, const Vectors<Real>& predi
   return most;
 }
 
+// The pairs of which a vertex has moved.
+template <class CornersOf>
+void keep_moved(const Topology& topology, const Array<ElementPair>& pairs, const Array<std::int32_t>& has_moved,
+                const CornersOf& corners_of, Array<ElementPair>& kept) {
+  const auto moved_of = [&](const ElementPair& pair) {
+    const std::array<std::int32_t, 4> corner = corners_of(topology, pair);
+    return has_moved[corner[0]] | has_moved[corner[1]] | has_moved[corner[2]] | has_moved[corner[3]];
+  };
+  const int count = static_cast<int>(pairs.size());
+  lockstep::openmp::Compaction moved(count);
+  // A chunk's pairs are one thread's.
+#pragma omp parallel for schedule(static)
+  for (int chunk = 0; chunk < moved.chunks(); ++chunk)
+    moved.for_each_sixteen(chunk, [&](int i) {
+      std::uint32_t which = 0;
+      for (int l = 0; l < std::min(lanes, count - i); ++l) which |= std::uint32_t(moved_of(pairs[i + l])) << l;
+      moved.choose(i, lanes_of(which));
+    });
+  kept.resize(moved.add_up());
+  // A pair that is kept has a place of its own.
+#pragma omp parallel for schedule(static)
+  for (int chunk = 0; chunk < moved.chunks(); ++chunk)
+    moved.for_each_sixteen(chunk, [&](int i) {
+      int to = moved.before(i);
+      for (std::uint32_t set = moved.which(i); set != 0; set &= set - 1) kept[to++] = pairs[i + std::countr_zero(set)];
+    });
+}
+void keep_moved(const Topology& topology, const ElementPairs& pairs, const Array<std::int32_t>& has_moved,
+                ElementPairs& kept) {
+  keep_moved(topology, pairs.point_triangle, has_moved, corners_of_point_triangle, kept.point_triangle);
+  keep_moved(topology, pairs.edge_edge, has_moved, corners_of_edge_edge, kept.edge_edge);
+}
+
 // --- Modules
 
 void search(const Cloth<Real>& cloth, const Vectors<Real>& position, StepMemory<Real>& memory) {
@@ -162,12 +197,17 @@ void step(const Cloth<Real>& cloth, const Forms& forms, const Script<Real>& scri
       search(cloth, from, memory);
       done(Module::search);
     }
-    ccd(cloth.topology, memory.pairs, from, to, memory.ccd, impacts);
+    if (before_find == Module::zones) mark(memory.collide.zones, memory.has_moved);
+    if (before_find != Module::collide_bodies) keep_moved(cloth.topology, memory.pairs, memory.has_moved, memory.again);
+    ccd(cloth.topology, before_find == Module::collide_bodies ? memory.pairs : memory.again, from, to, memory.ccd,
+        impacts);
+    std::ranges::fill(memory.has_moved, 0);
     done(Module::ccd);
     before_find = Module::zones;
   };
   const auto stop = [&](const Contacts<Real>& impacts, Vectors<Real>& velocity) {
     forms.impulses(impacts, static_cast<Real>(cloth.contact.friction), cloth.inverse_mass, velocity);
+    mark(impacts, memory.has_moved);
     done(Module::impulses);
     before_find = Module::impulses;
   };
@@ -194,6 +234,7 @@ StepMemory<Real> make_memory(const Cloth<Real>& cloth) {
   for (Vectors<Real>* v :
        {&memory.predicted, &memory.middle, &memory.before, &memory.end, &memory.halfway, &memory.force})
     v->resize(n);
+  memory.has_moved.assign(n, 0);
   memory.state = make_state(cloth.elements), memory.damping = make_damping_memory(cloth.elements);
   return memory;
 }

@@ -1,4 +1,4 @@
-// Continuous collision detection, a pair at a time: three tests that dismiss pairs, from the cheapest to the dearest,
+// Continuous collision detection, a pair at a time: four tests that dismiss pairs, from the cheapest to the dearest,
 // and then the search for the impact, in double.
 //
 // The contract stands in common/production_cloth/ccd.h, the tests in ccd_filters.h, the search in ccd_impact.h.
@@ -39,7 +39,7 @@ template <Kind kind>
 bool may_meet(const Corners<Number>& x) {
   if (apart_along_axes<kind>(x)) return false;
   const Spans<Number> spans = spans_of(x);
-  return !(never_in_plane(cubic_of(spans)) || apart_in_quarters<kind>(spans));
+  return !(apart_midway<kind>(spans) || never_in_plane(cubic_of(spans)) || apart_in_quarters<kind>(spans));
 }
 
 template <Kind kind>

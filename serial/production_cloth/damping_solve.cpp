@@ -83,7 +83,7 @@ void damp(const Elements<Real>& elements, const State<Real>& state, std::span<co
 
 DampingMemory<Real> make_damping_memory(const Elements<Real>& elements) {
   const std::size_t n = 4 * static_cast<std::size_t>(elements.vertices);
-  return {Array<Real>(n), Array<Real>(n), Array<Real>(n), {}};
+  return {Array<Real>(n), Array<Real>(n), Array<Real>(n)};
 }
 
 linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>& state, const Array<Real>& mass,

@@ -80,4 +80,34 @@ void forces(const Elements<Real>& elements, const Vectors<Real>& position, State
   add_hinges(elements, position, state, force);
 }
 
+void forces_colours(const Elements<Real>& elements, const Colours& colours, const Vectors<Real>& position,
+                    Vectors<Real>& force) {
+  for (Array<Real>* component : {&force.x, &force.y, &force.z})
+    std::fill_n(component->begin(), elements.vertices, Real(0));
+  for (const int k : colours.links.order) {
+    const int from = elements.from[k], to = elements.to[k];
+    const Vector3<Real> d = load(position, to) - load(position, from);
+    Vector3<Real> part = {0, 0, 0};
+    if (elements.has_bending) part = elements.bending[k] * d;
+    if (elements.has_springs && k < elements.edges)
+      part = part + pull_of_spring(elements.rest_length[k], elements.spring[k], elements.root_of_damping[k], d).force;
+    add(force, from, part), add(force, to, -part);
+  }
+  for (const int t : colours.membranes.order) {
+    const auto x = [&](int c) { return load(position, elements.membrane_corner.at(t, c)); };
+    const Membrane<Real> m =
+        membrane_of<Real>(elements, [&](const Blocked<Real>& array, int f) { return array.at(t, f); });
+    const Vector3<Real> x0 = x(0), x1 = x(1), x2 = x(2);
+    const Parts<Real, 3> parts =
+        parts_of_membrane(m, stress_of_membrane(elements, deformation_of(m, x1 - x0, x2 - x0)));
+    for (int c = 0; c < 3; ++c) add(force, elements.membrane_corner.at(t, c), parts.of[c]);
+  }
+  for (const int h : colours.hinges.order) {
+    const auto x = [&](int c) { return load(position, elements.hinge_corner.at(h, c)); };
+    const Parts<Real, 4> parts =
+        parts_of_hinge(elements.hinge_stiffness, elements.hinge.at(h, 0), fold_of(x(0), x(1), x(2), x(3)));
+    for (int c = 0; c < 4; ++c) add(force, elements.hinge_corner.at(h, c), parts.of[c]);
+  }
+}
+
 }  // namespace lockstep::production_cloth::serial

@@ -9,7 +9,8 @@
 // The change of the middle velocity counts as an impulse at the start of the step, so the second half begins with it.
 //
 // One search for pairs serves a step. It covers the motion that the start's velocities predict, and some room beside
-// it. It is repeated where the motion leaves that room.
+// it. It is repeated where the motion leaves that room. Later rounds of collision detection look at those of the pairs
+// that the round before has moved.
 //
 // The contract stands in common/production_cloth/step.h.
 #include "common/production_cloth/step.h"
@@ -88,6 +89,22 @@ Real farthest(int vertices, const Vectors<Real>& end, const Vectors<Real>& predi
   return most;
 }
 
+// The pairs of which a vertex has moved.
+template <class CornersOf>
+void keep_moved(const Topology& topology, const Array<ElementPair>& pairs, const Array<std::int32_t>& has_moved,
+                const CornersOf& corners_of, Array<ElementPair>& kept) {
+  kept.clear();
+  for (const ElementPair& pair : pairs) {
+    const std::array<std::int32_t, 4> corner = corners_of(topology, pair);
+    if (has_moved[corner[0]] | has_moved[corner[1]] | has_moved[corner[2]] | has_moved[corner[3]]) kept.push_back(pair);
+  }
+}
+void keep_moved(const Topology& topology, const ElementPairs& pairs, const Array<std::int32_t>& has_moved,
+                ElementPairs& kept) {
+  keep_moved(topology, pairs.point_triangle, has_moved, corners_of_point_triangle, kept.point_triangle);
+  keep_moved(topology, pairs.edge_edge, has_moved, corners_of_edge_edge, kept.edge_edge);
+}
+
 // --- Modules
 
 void search(const Cloth<Real>& cloth, const Vectors<Real>& position, StepMemory<Real>& memory) {
@@ -147,12 +164,16 @@ void step(const Cloth<Real>& cloth, const Forms& forms, const Script<Real>& scri
       search(cloth, from, memory);
       done(Module::search);
     }
-    ccd(cloth.topology, memory.pairs, from, to, impacts);
+    if (before_find == Module::zones) mark(memory.collide.zones, memory.has_moved);
+    if (before_find != Module::collide_bodies) keep_moved(cloth.topology, memory.pairs, memory.has_moved, memory.again);
+    ccd(cloth.topology, before_find == Module::collide_bodies ? memory.pairs : memory.again, from, to, impacts);
+    std::ranges::fill(memory.has_moved, 0);
     done(Module::ccd);
     before_find = Module::zones;
   };
   const auto stop = [&](const Contacts<Real>& impacts, Vectors<Real>& velocity) {
     forms.impulses(impacts, static_cast<Real>(cloth.contact.friction), cloth.inverse_mass, velocity);
+    mark(impacts, memory.has_moved);
     done(Module::impulses);
     before_find = Module::impulses;
   };
@@ -179,6 +200,7 @@ StepMemory<Real> make_memory(const Cloth<Real>& cloth) {
   for (Vectors<Real>* v :
        {&memory.predicted, &memory.middle, &memory.before, &memory.end, &memory.halfway, &memory.force})
     v->resize(n);
+  memory.has_moved.assign(n, 0);
   memory.state = make_state(cloth.elements), memory.damping = make_damping_memory(cloth.elements);
   return memory;
 }

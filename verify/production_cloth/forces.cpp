@@ -95,7 +95,9 @@ Work work_of(const Elements<float>& e) {
           2. * e.links / std::max<double>(1, e.edges_at.at.size() + e.far_at.at.size())};
 }
 
-Case make(const std::string& path, bool locks) {
+enum class How { gather, recompute, colours, locks };
+
+Case make(const std::string& path, How how) {
   const auto in = inputs(path);
   const auto elements = elements_of(*in);
   const auto position = std::make_shared<const Vectors<float>>(deformed_positions(*in));
@@ -104,35 +106,50 @@ Case make(const std::string& path, bool locks) {
   ForceState start;
   start.force.resize(elements->vertices);
   poison(start);
+  const bool locks = how == How::locks;
   const auto sums = std::make_shared<const ForceSums>(locks ? sums_of(*elements, *position) : ForceSums{});
+  const auto colours = std::make_shared<const Colours>(how == How::colours ? make_colours(*elements) : Colours{});
   const auto bounded = [sums](const ForceState& openmp, const ForceState& serial) {
     return within_rounding(*sums, openmp, serial);
   };
+  const auto original = [=](ForceState& s) {
+    production_cloth::serial::forces(*elements, *position, *serial_state, s.force);
+  };
+  const auto in_colours = [=](ForceState& s) {
+    production_cloth::serial::forces_colours(*elements, *colours, *position, s.force);
+  };
+  using Run = std::function<void(ForceState&)>;
   return make_case<ForceState>({
       .start = std::make_shared<const ForceState>(start),
-      .serial = [=](ForceState& s) { production_cloth::serial::forces(*elements, *position, *serial_state, s.force); },
-      .best_serial = nullptr,
+      .serial = how == How::colours ? Run(in_colours) : Run(original),
+      .best_serial = how == How::colours ? Run(original) : Run(),
       .openmp =
           [=](ForceState& s) {
-            if (locks)
-              production_cloth::openmp::forces_locks(*elements, *position, s.force);
-            else
-              production_cloth::openmp::forces(*elements, *position, *openmp_state, s.force);
+            using namespace production_cloth::openmp;
+            if (how == How::gather) forces(*elements, *position, *openmp_state, s.force);
+            if (how == How::recompute) forces_recompute(*elements, *position, *openmp_state, s.force);
+            if (how == How::colours) forces_colours(*elements, *colours, *position, s.force);
+            if (how == How::locks) forces_locks(*elements, *position, s.force);
           },
       .compare = locks ? bounded : std::function<Judgement(const ForceState&, const ForceState&)>(),
       .work = work_of(*elements),
   });
 }
 
+Form form(const char* name, How how) {
+  Scenes scenes = material_scenes();
+  scenes.bench.push_back("curtain_and_ball_55k");  // with hinges
+  return {.name = name,
+          .make = [how](const std::string& path) { return make(path, how); },
+          .scenes = scenes,
+          .order_dependent = how == How::locks};
+}
+
 const Register forces{{.name = "production_cloth/forces",
                        .place = 1,
-                       .forms = {{.name = "gather",
-                                  .make = [](const std::string& path) { return make(path, false); },
-                                  .scenes = material_scenes()},
-                                 {.name = "locks",
-                                  .make = [](const std::string& path) { return make(path, true); },
-                                  .scenes = material_scenes(),
-                                  .order_dependent = true}}}};
+                       .serial_forms = {"original", "colours"},
+                       .forms = {form("gather", How::gather), form("recompute", How::recompute),
+                                 form("colours", How::colours), form("locks", How::locks)}}};
 
 }  // namespace
 }  // namespace lockstep::verify

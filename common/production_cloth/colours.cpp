@@ -1,0 +1,60 @@
+#include "common/production_cloth/colours.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <numeric>
+
+namespace lockstep::production_cloth {
+namespace {
+
+constexpr int most = 64;
+
+// corners_of(k): the vertices of element k.
+template <class CornersOf>
+Batches first_fit(int count, int vertices, const CornersOf& corners_of) {
+  std::vector<std::uint64_t> taken(vertices);  // [vertex]: a bit a colour
+  std::vector<int> colour(count);
+  for (int k = 0; k < count; ++k) {
+    std::uint64_t all = 0;
+    for (const std::int32_t v : corners_of(k)) all |= taken[v];
+    colour[k] = std::countr_one(all);
+    if (colour[k] < most)
+      for (const std::int32_t v : corners_of(k)) taken[v] |= std::uint64_t(1) << colour[k];
+  }
+  Batches batches;
+  batches.order.resize(count);
+  std::iota(batches.order.begin(), batches.order.end(), 0);
+  std::ranges::stable_sort(batches.order, [&](int a, int b) { return colour[a] < colour[b]; });
+  batches.begin = {0};
+  for (int k = 1; k <= count; ++k) {
+    const bool ends = k == count || colour[batches.order[k]] != colour[batches.order[k - 1]];
+    if (ends || colour[batches.order[k]] == most) batches.begin.push_back(k);
+  }
+  return batches;
+}
+
+}  // namespace
+
+template <class Real>
+Colours make_colours(const Elements<Real>& e) {
+  return {first_fit(e.links, e.vertices,
+                    [&](int k) {
+                      return std::array{e.from[k], e.to[k]};
+                    }),
+          first_fit(e.membranes, e.vertices,
+                    [&](int t) {
+                      const auto& c = e.membrane_corner;
+                      return std::array{c.at(t, 0), c.at(t, 1), c.at(t, 2)};
+                    }),
+          first_fit(e.hinges, e.vertices, [&](int h) {
+            const auto& c = e.hinge_corner;
+            return std::array{c.at(h, 0), c.at(h, 1), c.at(h, 2), c.at(h, 3)};
+          })};
+}
+
+template Colours make_colours(const Elements<float>& elements);
+template Colours make_colours(const Elements<double>& elements);
+
+}  // namespace lockstep::production_cloth
