@@ -51,6 +51,7 @@ const std::map<std::string, int> floors = {
     {"production_cloth/pairs", 75},
     {"production_cloth/damping_solve", 62},
     {"production_cloth/forces", 57},
+    {"production_cloth/implicit_solve", 79},
     {"production_cloth/impulses", 68},
     {"production_cloth/repulsions", 71},
     {"production_cloth/zones", 99},
