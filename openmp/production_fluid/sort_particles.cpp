@@ -1,20 +1,21 @@
 // Puts particles in the order of their blocks.
 //
-// Counts of all blocks, of every thread, would be larger than the particles. So threads first sort by the line of the
-// block, together; then each line is one thread's, who sorts it by x. Lanes find the blocks.
+// Each thread counts the particles of its own share of each block. Counts of all blocks, of every thread, would be
+// larger than the particles. But they were sorted before they moved, so a share lies in few lines of blocks, and no
+// other line of counts is ever touched. Then the counts of lines that several threads have are added up, block after
+// block and thread after thread, and each thread moves its own particles. Lanes find the blocks.
 //
 // The contract stands in common/production_fluid/sort_particles.h.
 #include "common/production_fluid/sort_particles.h"
 
 #include <algorithm>
 #include <memory>
+#include <numeric>
 #include <utility>
 #include <vector>
 
 #include "common/real.h"
 #include "common/simd.h"
-#include "openmp/counting_sort.h"
-#include "openmp/failure.h"
 #include "openmp/share.h"
 
 namespace lockstep::production_fluid::openmp {
@@ -28,87 +29,107 @@ intv block_along(const floatv& x, const Field<Real>& phi, int n) {
   return place<Index>(floatv(1 / phi.spacing) * x - floatv(.5f), n).first;
 }
 
-// Calls visit(particle, line of blocks) for particles begin .. end - 1.
+// Calls visit(particle, line of blocks, block) for the particles of a share.
 template <class Visit>
-void for_each_line_of(const Field<Real>& phi, const Particles<Real>& particles, int begin, int end,
-                      const Visit& visit) {
+void for_each(const Field<Real>& phi, const Particles<Real>& particles, const Share& mine, const Visit& visit) {
   const auto& [px, py, pz] = particles.position;
-  for (int i = begin; i < end; i += lanes) {
-    alignas(64) std::int32_t line[lanes];
-    store(line, block_along(load(&py[i]), phi, phi.ny) + phi.ny * block_along(load(&pz[i]), phi, phi.nz));
-    for (int lane = 0; lane < std::min(lanes, end - i); ++lane) visit(i + lane, line[lane]);
+  for (int i = mine.begin; i < mine.end; i += lanes) {
+    alignas(64) std::int32_t line[lanes], block[lanes];
+    const intv of_line = block_along(load(&py[i]), phi, phi.ny) + phi.ny * block_along(load(&pz[i]), phi, phi.nz);
+    store(line, of_line);
+    store(block, block_along(load(&px[i]), phi, phi.nx) + phi.nx * of_line);
+    for (int lane = 0; lane < std::min(lanes, mine.end - i); ++lane) visit(i + lane, line[lane], block[lane]);
   }
 }
 
-// What a thread needs to sort a line; it grows with the longest.
-struct Scratch {
-  Array<Real> at;                   // where along x each particle is, m
-  Array<std::int32_t> block, rank;  // each particle's block, and how many of that block come before it
-  Array<std::int32_t> from;         // which particle comes first, second, ...
-  std::vector<std::int32_t> begin;  // where each block begins
+// Of each thread and block: how many of the thread's particles it has, and then where the next of them goes.
+class Counts {
+ public:
+  // Allocates, so it is made outside of parallel regions.
+  Counts(int threads, int lines, int blocks)
+      : threads_(threads),
+        lines_(lines),
+        blocks_(blocks),
+        counts_(std::make_unique_for_overwrite<std::int32_t[]>(std::size_t(threads) * lines * blocks)),
+        has_line_(std::make_unique<std::uint8_t[]>(std::size_t(threads) * lines)),
+        having_(std::size_t(threads) * threads) {}
 
-  void make_room(int count, int blocks) {
-    if (from.size() < padded(count)) {
-      at.resize(padded(count));
-      for (Array<std::int32_t>* array : {&block, &rank, &from}) array->resize(padded(count));
+  std::int32_t* of_thread(int thread) const { return of(thread, 0); }
+  // Sets a line of a thread to 0 when it is first touched.
+  void touch(int thread, int line) {
+    std::uint8_t& has_line = has_line_[std::size_t(lines_) * thread + line];
+    if (!has_line) has_line = 1, std::fill_n(of(thread, line), blocks_, 0);
+  }
+  // How many particles some lines have.
+  std::int32_t of_lines(const Share& lines) const {
+    std::int32_t sum = 0;
+    for (int t = 0; t < threads_; ++t)
+      for (int line = lines.begin; line < lines.end; ++line)
+        if (has(t, line)) sum += std::accumulate(of(t, line), of(t, line) + blocks_, 0);
+    return sum;
+  }
+  // Turns the counts of some lines, whose first particle goes to `begin`, into places: the particles of a block come in
+  // the order of the threads. Says where blocks begin. `thread` is the one that calls.
+  void turn_into_places(int thread, const Share& lines, std::int32_t begin, std::int32_t* first) {
+    std::int32_t** const having = &having_[std::size_t(threads_) * thread];
+    for (int line = lines.begin; line < lines.end; ++line) {
+      int several = 0;
+      for (int t = 0; t < threads_; ++t)
+        if (has(t, line)) having[several++] = of(t, line);
+      for (int x = 0; x < blocks_; ++x) {
+        first[std::size_t(line) * blocks_ + x] = begin;
+        for (int k = 0; k < several; ++k) begin += std::exchange(having[k][x], begin);
+      }
     }
-    begin.assign(blocks, 0);
   }
-};
 
-// Sorts particles order[0], ..., order[count - 1], those of a line, by x, into places begin .. begin + count - 1. Only
-// while it counts does a particle wait for the one before it.
-void sort_line(const Field<Real>& phi, const Particles<Real>& particles, const std::int32_t* order, int begin,
-               int count, Scratch& scratch, std::int32_t* first, Particles<Real>& sorted) {
-  scratch.make_room(count, phi.nx);
-  Real* const at = scratch.at.data();
-  std::int32_t *const block = scratch.block.data(), *const rank = scratch.rank.data(),
-                      *const from = scratch.from.data(), *const next = scratch.begin.data();
-  for (int k = 0; k < count; ++k) at[k] = particles.position.x[order[k]];
-  for (int k = 0; k < count; k += lanes) store(block + k, block_along(load(at + k), phi, phi.nx));
-  for (int k = 0; k < count; ++k) rank[k] = next[block[k]]++;
-  std::int32_t sum = 0;
-  for (int x = 0; x < phi.nx; ++x) {
-    first[x] = begin + sum;
-    sum += std::exchange(next[x], sum);
+ private:
+  bool has(int thread, int line) const { return has_line_[std::size_t(lines_) * thread + line]; }
+  std::int32_t* of(int thread, int line) const {
+    return counts_.get() + (std::size_t(lines_) * thread + line) * blocks_;
   }
-  for (int k = 0; k < count; ++k) from[next[block[k]] + rank[k]] = order[k];
-  for (int k = 0; k < count; ++k) {
-    const int i = from[k], place = begin + k;
-    store(sorted.position, place, load(particles.position, i));
-    sorted.radius[place] = particles.radius[i], sorted.sign[place] = particles.sign[i];
-  }
-}
+
+  int threads_, lines_, blocks_;
+  std::unique_ptr<std::int32_t[]> counts_;    // [thread][line][x]
+  std::unique_ptr<std::uint8_t[]> has_line_;  // [thread][line]
+  std::vector<std::int32_t*> having_;         // for each thread, the counts of a line by all who have it
+};
 
 }  // namespace
 
 void sort_particles(const Field<Real>& phi, const Particles<Real>& particles, Particles<Real>& sorted) {
-  const int count = particles.count, blocks = phi.nx, lines = phi.ny * phi.nz;
-  resize(sorted, count);
+  const int blocks = phi.nx, lines = phi.ny * phi.nz;
+  resize(sorted, particles.count);
   sorted.first.resize(std::size_t(lines) * blocks + 1);
-  const auto order = std::make_unique_for_overwrite<std::int32_t[]>(padded(count));
-  Array<std::int32_t> begin(lines + 1);
-  CountingSort sort(lines);
-  Failure failure;
-  // Each thread sorts its own share of the particles by line (openmp/counting_sort.h); then each line is an iteration,
-  // which alone writes the line's particles.
+  Counts counts(omp_get_max_threads(), lines, blocks);
+  std::vector<std::int32_t> totals(omp_get_max_threads());
+  // Each thread counts and moves its own share of the particles, to places that no other has. In between, each adds up
+  // its own share of the lines.
 #pragma omp parallel
   {
-    const Share mine = my_share(count);
-    sort([&](const auto& visit) { for_each_line_of(phi, particles, mine.begin, mine.end, visit); },
-         [&](int i, int place) { order[place] = i; }, begin.data());
-    Scratch scratch;
-    // Behind this barrier, order and begin are complete.
+    const int thread = omp_get_thread_num();
+    const Share mine = my_share(particles.count), my_lines = my_share(lines);
+    std::int32_t* const of_block = counts.of_thread(thread);
+    for_each(phi, particles, mine, [&](int, int line, int block) {
+      counts.touch(thread, line);
+      ++of_block[block];
+    });
+    // From here on all threads read the counts.
 #pragma omp barrier
-#pragma omp for schedule(dynamic, 32)
-    for (int line = 0; line < lines; ++line)
-      failure.guard([&] {
-        sort_line(phi, particles, &order[begin[line]], begin[line], begin[line + 1] - begin[line], scratch,
-                  &sorted.first[std::size_t(line) * blocks], sorted);
-      });
+    totals[thread] = counts.of_lines(my_lines);
+    // From here on all threads read the totals, and counts become places.
+#pragma omp barrier
+    counts.turn_into_places(thread, my_lines, std::accumulate(totals.begin(), totals.begin() + thread, 0),
+                            sorted.first.data());
+    // From here on the places are complete.
+#pragma omp barrier
+    for_each(phi, particles, mine, [&](int i, int, int block) {
+      const std::int32_t place = of_block[block]++;
+      store(sorted.position, place, load(particles.position, i));
+      sorted.radius[place] = particles.radius[i], sorted.sign[place] = particles.sign[i];
+    });
   }
-  failure.rethrow();
-  sorted.first.back() = count;
+  sorted.first.back() = particles.count;
 }
 
 }  // namespace lockstep::production_fluid::openmp
