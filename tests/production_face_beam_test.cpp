@@ -7,6 +7,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <numbers>
 
 #include "tests/production_faces.h"
 
@@ -74,7 +75,8 @@ double moment(const Flesh& flesh, int across) {
   return sum / curvature;
 }
 
-// Second order: the energy's error is that of strains, squared. Each kappa locks more than the one before.
+// Second order at least: the energy's error is that of strains, squared, and locking fades besides. Each kappa locks
+// more than the one before.
 TEST(ProductionFaceBeam, MomentFallsToThatOfABentBeam) {
   std::vector<double> before(8, 1);
   for (const float kappa : {3e5f, 3e6f, 3e7f}) {
@@ -83,7 +85,7 @@ TEST(ProductionFaceBeam, MomentFallsToThatOfABentBeam) {
     for (std::size_t k = 0; k < ratio.size(); ++k) EXPECT_GT(ratio[k], std::max(1., before[k]));
     for (std::size_t k = 1; k < ratio.size(); ++k) {
       const double order = std::log2((ratio[k - 1] - 1) / (ratio[k] - 1));
-      EXPECT_NEAR(order, 2.2, .3) << kappa;
+      EXPECT_GE(order, 2) << kappa;
     }
     before = ratio;
   }
@@ -107,8 +109,22 @@ double lattice_stiffness(const Flesh& flesh, int across) {
   return reaction(p, at_end).y / shift;
 }
 
+// The power of the distance with which displacements vary at an edge where a clamped side meets a free one at a right
+// angle: sin^2(p pi / 2) = (4 (1 - nu)^2 - p^2) / (3 - 4 nu) (Williams, J. Appl. Mech. 19, 1952).
+double power_at_clamped_edge(double nu) {
+  return zero_of(
+      [&](double p) {
+        return std::pow(std::sin(.5 * std::numbers::pi * p), 2) - (4 * (1 - nu) * (1 - nu) - p * p) / (3 - 4 * nu);
+      },
+      .5, 1);
+}
+
+// Strains are not bounded at the edges of clamped ends, so that the energy converges with twice that power in the end,
+// and with no more than the second order; coarse lattices, in which locking fades, are between.
+//
 // Beams narrow and widen where they bend; clamped ends may not, and are stiffer by a share that grows with Poisson's
-// number: the limit, by Richardson's rule of second order, is above the beam, and by less than width / length.
+// number. What ends do to their surroundings dies away as exp(-4.2 x / width) (Fadle and Papkovich), so they are no
+// stiffer than if width / 4.2 of the beam were rigid at either end. The limit is taken by that power.
 TEST(ProductionFaceBeam, ReactionFallsToThatOfAClampedBeam) {
   std::vector<double> before(8, 1);
   for (const float kappa : {3e5f, 3e6f, 3e7f}) {
@@ -117,19 +133,22 @@ TEST(ProductionFaceBeam, ReactionFallsToThatOfAClampedBeam) {
     for (std::size_t k = 0; k < ratio.size(); ++k) EXPECT_GT(ratio[k], before[k]);
     for (std::size_t k = 2; k < ratio.size(); ++k) {
       const double order = std::log2((ratio[k - 2] - ratio[k - 1]) / (ratio[k - 1] - ratio[k]));
-      EXPECT_NEAR(order, 1.8, .4) << kappa;
+      EXPECT_GE(order, 2 * power_at_clamped_edge(moduli_of(flesh).poisson)) << kappa;
     }
-    const double limit = ratio.back() - (ratio[ratio.size() - 2] - ratio.back()) / 3;
-    EXPECT_GT(limit, 1);
-    EXPECT_LT(limit, 1 + width / length);
+    // Between what the two orders say.
+    const double fall = ratio[ratio.size() - 2] - ratio.back(),
+                 slowly = std::pow(2, 2 * power_at_clamped_edge(moduli_of(flesh).poisson));
+    EXPECT_GT(ratio.back() - fall / (slowly - 1), 1);
+    EXPECT_LT(ratio.back() - fall / 3, std::pow(1 - 2 * width / (4.2 * length), -3));
     before = ratio;
   }
 }
 
 // --- Stretch
 
-// What the ends do to their surroundings dies away with distance (Saint-Venant). So the middle, three widths away, is
-// strained as a bar with free sides, all alike, and its stress times the area is the reaction.
+// What the ends do to their surroundings dies away with distance (Saint-Venant), as exp(-4.2 x / width) or faster. So the
+// middle, 2.75 widths and more from either end, is strained as a bar with free sides to 2 exp(-11.5) = 2e-5, all alike,
+// and its stress times the area is the reaction.
 TEST(ProductionFaceBeam, AStretchedBarsMiddleIsUniaxial) {
   for (const double stretch : {1.3, 1.6}) {
     Posed<double> p = posed<double>(bar(4));

@@ -66,8 +66,15 @@ TEST(ProductionFaceCoarsening, AggregatesTakeEachFreeNodeOnce) {
 TEST(ProductionFaceCoarsening, ArmsArePlacesFromTheCentre) {
   const FaceSystem s = system_of("face_6k");
   const auto& level = s.coarsening_in_double.level[0];
-  double length = 0;
+  // A place from its centre, over the length: three roundings, u = 2^-53 each, of the place and of the result. All
+  // centres are means of places, each the mean of the one before and of another place: as many roundings as members.
+  constexpr double u = 0x1p-53;
+  double length = 0, of_length = 0, farthest = 0;
   int turning = 0;
+  for (int n = 0; n < s.body.nodes; ++n) {
+    const Vector3<double> x = {s.body.rest.x[n], s.body.rest.y[n], s.body.rest.z[n]};
+    farthest = std::max(farthest, std::sqrt(dot(x, x)));
+  }
   for (int a = 0; a < level.count(); ++a) {
     Vector3<double> sum = {};
     const auto arm = [&](int k) {
@@ -83,18 +90,24 @@ TEST(ProductionFaceCoarsening, ArmsArePlacesFromTheCentre) {
       sum = sum + arm(k);
       const Vector3<double> of_arms = arm(k) - arm(first), of_places = place(k) - place(first);
       if (dot(of_arms, of_arms) == 0) continue;
-      if (length == 0) length = std::sqrt(dot(of_places, of_places) / dot(of_arms, of_arms));
+      const double distance = std::sqrt(dot(of_places, of_places));
+      // The length is measured by one pair, whose arms are off by 4 u of the farthest place.
+      if (length == 0) length = distance / std::sqrt(dot(of_arms, of_arms)), of_length = 8 * u * farthest / distance;
       const Vector3<double> off = length * of_arms - of_places;
-      EXPECT_LE(std::sqrt(dot(off, off)), 1e-13);
+      EXPECT_LE(std::sqrt(dot(off, off)), 8 * u * farthest + 2 * of_length * distance);
       ++turning;
     }
-    EXPECT_LE(std::sqrt(dot(sum, sum)), 1e-11);
+    const int members = level.first[a + 1] - first;
+    if (length > 0) {
+      EXPECT_LE(length * std::sqrt(dot(sum, sum)), 8 * u * members * members * farthest) << a;
+    }
   }
   EXPECT_GT(turning, 1000);
   EXPECT_GT(length, .001);
 }
 
-// A sum of n products in double is off by at most n u of their sizes.
+// A sum of n products in double is off by at most n u of their sizes, u = 2^-53. Each entry of P^T K P is a sum over
+// the entries of two columns of P and of their rows of K, and each product has two roundings more; Eigen's likewise.
 TEST(ProductionFaceCoarsening, CoarseMatricesAreGalerkins) {
   for (const char* name : {"twelve", "bar_shaken", "face_smile"}) {
     const FaceSystem s = system_of(name);
@@ -104,7 +117,14 @@ TEST(ProductionFaceCoarsening, CoarseMatricesAreGalerkins) {
     for (std::size_t l = 0; l < room.level.size(); ++l) {
       const linear::EigenRows p = prolongation(s.coarsening_in_double.level[l]);
       const linear::EigenRows expected = p.transpose() * (fine * p), a = eigen_of(room.level[l].a);
-      EXPECT_LE((expected - a).norm(), 1e-12 * fine.norm()) << name;
+      const linear::EigenRows sizes = p.cwiseAbs().transpose() * (fine.cwiseAbs() * p.cwiseAbs());
+      linear::EigenRows ones = fine, ones_p = p;
+      for (double& e : std::span(ones.valuePtr(), ones.nonZeros())) e = 1;
+      for (double& e : std::span(ones_p.valuePtr(), ones_p.nonZeros())) e = 1;
+      const linear::EigenRows counts = ones_p.transpose() * (ones * ones_p);
+      const Eigen::MatrixXd bound =
+          2 * 0x1p-53 * Eigen::MatrixXd(sizes).cwiseProduct((Eigen::MatrixXd(counts).array() + 2).matrix());
+      EXPECT_TRUE(((Eigen::MatrixXd(expected) - Eigen::MatrixXd(a)).cwiseAbs().array() <= bound.array()).all()) << name;
       EXPECT_EQ((a - linear::EigenRows(a.transpose())).norm(), 0) << name;
       fine = a;
     }
@@ -113,6 +133,10 @@ TEST(ProductionFaceCoarsening, CoarseMatricesAreGalerkins) {
 
 // --- The inverse of a 6x6 block
 
+// L D L^T is A but for 7 u of |L| D |L^T|, which is no longer than 6 |A|; that makes 42 u cond(A) of the inverse.
+// L^-1 is off by 6 u of |L^-1| |L| |L^-1|, once on either side: 2 6 6^2 = 432 u cond(A). The sum of six: 8 u of |L^-T|
+// D^-1 |L^-1|, no longer than 6 times the inverse: 48 u. (Higham, Accuracy and Stability of Numerical Algorithms, 8 and
+// 10.) Eigen's inverse is off by no more.
 TEST(ProductionFaceCoarsening, SmoothersAreHalfTheInverse) {
   const Array<double> random = linear::random_vector<double>(36 * 200, 8);
   for (int n = 0; n < 200; ++n) {
@@ -126,10 +150,13 @@ TEST(ProductionFaceCoarsening, SmoothersAreHalfTheInverse) {
     if (without < 6) a(without, without) = 1;
     Eigen::Matrix<double, 6, 6> expected = .5 * a.inverse();
     if (without < 6) expected(without, without) = 0;
-    for (int i = 0; i < 36; ++i) EXPECT_NEAR(got.e[i / 6][i % 6], expected(i / 6, i % 6), 1e-9 * expected.norm());
+    const double condition = a.norm() * a.inverse().norm(), bound = 2 * 522 * 0x1p-53 * condition * expected.norm();
+    for (int i = 0; i < 36; ++i) EXPECT_NEAR(got.e[i / 6][i % 6], expected(i / 6, i % 6), bound);
   }
 }
 
+// A sum of squares of L^-1's rows over positive pivots, but for its own roundings: 8 u of sums of sizes, which are no
+// more than the trace.
 TEST(ProductionFaceCoarsening, SmoothersOfOtherBlocksAreSemidefinite) {
   const Array<double> random = linear::random_vector<double>(36 * 200, 9);
   for (int n = 0; n < 200; ++n) {
@@ -139,7 +166,7 @@ TEST(ProductionFaceCoarsening, SmoothersOfOtherBlocksAreSemidefinite) {
     const Block6<double> got = smoother_of(block);
     Eigen::Matrix<double, 6, 6> a;
     for (int i = 0; i < 36; ++i) a(i / 6, i % 6) = got.e[i / 6][i % 6];
-    EXPECT_GE(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(a).eigenvalues().minCoeff(), -1e-9 * a.norm());
+    EXPECT_GE(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(a).eigenvalues().minCoeff(), -8 * 0x1p-53 * a.trace());
   }
 }
 

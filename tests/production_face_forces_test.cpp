@@ -161,6 +161,41 @@ TEST(ProductionFaceForces, AreNotThereInRigidMotions) {
   }
 }
 
+// The energy of a body that turns and shifts as it is. A turned displacement, its differences and F round by 8 u, and
+// singular values by what tests of them allow; the stress is the energy's slope. Energies round by 16 u of terms that
+// are no more than it and twice what is taken from it.
+TEST(ProductionFaceForces, TurningKeepsTheEnergy) {
+  for (const double shake : {0., .0002, .0008}) {
+    const InDouble d = widened(tetrahedra(40, shake));
+    const Matrix turn = svd(Matrix{{.8, .6, .1}, {-.6, .8, -.3}, {.2, .3, 1}}).u;
+    Pose<double> turned = d.pose;
+    double farthest = 0;
+    for (int n = 0; n < d.body.nodes; ++n) {
+      const Vector at = load(d.body.rest, n) + load(d.pose.displacement, n);
+      const Vector by = turn * at - load(d.body.rest, n) + Vector{.01, -.02, .03};
+      store(turned.displacement, n, by);
+      farthest = std::max(farthest, std::sqrt(dot(by, by)) + std::sqrt(dot(at, at)));
+    }
+    const Strained<double> s = strained(d.body, d.flesh, d.pose, false);
+    double bound = 0;
+    for (int t = 0; t < d.body.tetrahedra; ++t) {
+      double stress = 0, gradients = 0;
+      for (int k = 0; k < 9; ++k)
+        stress += std::pow(s.stress.at(t, k), 2), gradients += std::abs(d.body.gradient.at(t, k));
+      const double strain = 2 * (8 * 0x1p-53 * (2 * farthest * gradients + 3) + 3 * 3 * 1.8e-14);
+      const double terms = s.energy.at(t, 0) + 6 * (double(d.flesh.m10) + d.flesh.m01);
+      // To the second order, as at rest there is no stress.
+      bound += d.body.volume.at(t, 0) * (std::sqrt(stress) * strain + 4 * d.flesh.kappa * strain * strain +
+                                         (2 * 16 + d.body.tetrahedra) * 0x1p-53 * terms);
+    }
+    EXPECT_NEAR(energy(d, turned), energy(d, d.pose), bound) << shake;
+    EXPECT_LT(bound, 1e-8) << "the bound says something";
+    if (shake > 0) {
+      EXPECT_GT(energy(d, d.pose), 1e-6);
+    }
+  }
+}
+
 TEST(ProductionFaceForces, LanesHaveTheSerialBitsAtEverySizeAndThreadCount) {
   for (const int count : {1, 2, 15, 16, 17, 31, 32, 33, 90}) {
     const Scene scene = tetrahedra(count, .0008);

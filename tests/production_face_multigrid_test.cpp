@@ -46,19 +46,62 @@ Array<double> cycle_of(const FaceSystem& s, SerialRoom& room, const Array<double
 
 double dot_of(const Array<double>& x, const Array<double>& y) { return linear::to_eigen(x).dot(linear::to_eigen(y)); }
 
+// The greatest condition of a block that is inverted, rows of 0 apart.
+double greatest_condition(const FaceSystem& s, const SerialRoom& room) {
+  double greatest = 1;
+  const auto take = [&](const Eigen::MatrixXd& block) {
+    const Eigen::VectorXd values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(block).eigenvalues();
+    const double size = values.maxCoeff();
+    double least = size;
+    for (const double e : values)
+      if (e > 1e-12 * size) least = std::min(least, e);
+    if (size > 0) greatest = std::max(greatest, size / least);
+  };
+  for (int i = 0; i < s.k.rows; ++i)
+    for (int p = s.k.begin[i]; p < s.k.begin[i + 1]; ++p)
+      if (s.k.column[p] == i) take(Eigen::Map<const Eigen::Matrix3d>(&s.k_in_double.value[9 * std::size_t(p)]));
+  for (const auto& m : room.level)
+    for (int a = 0; a < m.a.rows; a += 2) {
+      Eigen::Matrix<double, 6, 6> block;
+      for (int row = 0; row < 2; ++row)
+        for (int p = m.a.begin[a + row]; p < m.a.begin[a + row + 1]; ++p)
+          if (m.a.column[p] / 2 == a / 2)
+            for (int e = 0; e < 9; ++e)
+              block(3 * row + e / 3, 3 * (m.a.column[p] % 2) + e % 3) = m.a.value[9 * std::size_t(p) + e];
+      take(block);
+    }
+  take(Eigen::MatrixXd(linear::to_eigen(linear::scalar_rows(room.level.back().a))));
+  return greatest;
+}
+
+// One after another: two smoothings and two products of nodes, and of each coarse level five of both, twice as often as
+// of the one before. A product rounds once for each of three entries a block, an inverse of a block 6 times.
+double roundings_of_cycle(const FaceSystem& s, const SerialRoom& room) {
+  const auto longest = [](const BlockRows<double>& a) {
+    int most = 0;
+    for (int i = 0; i < a.rows; ++i) most = std::max(most, a.begin[i + 1] - a.begin[i]);
+    return 3 * most;
+  };
+  double roundings = 2 * (longest(s.k_in_double) + 6), times = 1;
+  for (const auto& m : room.level) roundings += times * 5 * (longest(m.a) + 6), times *= visits;
+  return roundings;
+}
+
 TEST(ProductionFaceMultigrid, TheCycleIsSymmetricAndDefinite) {
   for (const char* name : {"twelve", "bar_shaken", "inside_out", "face_smile"}) {
     const FaceSystem s = system_of(name);
     SerialRoom room = serial::make_multigrid(s.coarsening_in_double, s.k_in_double);
     serial::set_coarse(s.coarsening_in_double, s.k_in_double, room);
     ASSERT_TRUE(room.last) << name;
+    const double rounding = roundings_of_cycle(s, room) * 0x1p-53 * greatest_condition(s, room);
+    EXPECT_LT(rounding, 1e-6) << name << ": the bound says something";
     for (int seed = 0; seed < 6; ++seed) {
       const Array<double> x = random_load(s.k_in_double, 2 * seed), y = random_load(s.k_in_double, 2 * seed + 1);
       const Array<double> mx = cycle_of(s, room, x), my = cycle_of(s, room, y);
       const double size = std::sqrt(dot_of(x, mx) * dot_of(y, my));
       EXPECT_GT(dot_of(x, mx), 0) << name;
-      // Blocks that hardly deform are inverted with a condition of up to 1e5.
-      EXPECT_NEAR(dot_of(y, mx), dot_of(x, my), 1e-9 * size) << name;
+      // A cycle inverts blocks, and the last matrix, whose condition rounding is multiplied by.
+      EXPECT_NEAR(dot_of(y, mx), dot_of(x, my), rounding * size) << name;
     }
   }
 }
@@ -73,7 +116,9 @@ TEST(ProductionFaceMultigrid, TheSolveTakesTheCycle) {
     serial::solve_multigrid(s.coarsening_in_double, s.k_in_double, b, {1e-12, 1}, x, room);
     const Array<double> z = cycle_of(s, room, b);
     const double along = dot_of(x, z) / dot_of(z, z);
-    EXPECT_LE((linear::to_eigen(x) - along * linear::to_eigen(z)).norm(), 1e-9 * linear::to_eigen(x).norm()) << name;
+    const double rounding = roundings_of_cycle(s, room) * 0x1p-53 * greatest_condition(s, room);
+    EXPECT_LE((linear::to_eigen(x) - along * linear::to_eigen(z)).norm(), rounding * linear::to_eigen(x).norm())
+        << name;
   }
 }
 

@@ -145,7 +145,7 @@ int entry_of(const Graph& graph, int row, int column) {
   return static_cast<int>(std::lower_bound(first, last, column) - graph.column.begin());
 }
 
-constexpr int window = 1024;  // couplings that are sorted by their number of shares
+constexpr int window = 256;  // couplings that are sorted by their number of shares, and read K near each other
 
 template <class Real>
 void set_matrix(const Graph& coarse, CoarseLevel<Real>& level) {

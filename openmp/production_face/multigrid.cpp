@@ -1,14 +1,13 @@
-// Coarse levels of the face's multigrid, sixteen couplings, aggregates or members at a time.
+// Coarse levels of the face's multigrid: sixteen couplings or aggregates at a time, where their matrices are made.
 //
 // The algorithm stands in serial/production_face/multigrid.cpp. A coupling is a lane, which adds its shares in order;
-// their blocks are gathered from the slices of the finer matrix. An aggregate is a lane, too, where its members' forces
-// are summed, so the bits are the serial ones. Coarse matrices are slices, for linear's products.
+// their blocks are gathered from the slices of the finer matrix. Coarse matrices are slices, for linear's products.
+// Aggregates, and members, are shared among threads where forces are summed and corrections handed down.
 //
 // The contract stands in common/production_face/multigrid.h.
 #include "common/production_face/multigrid.h"
 
 #include <algorithm>
-#include <bit>
 #include <limits>
 #include <numeric>
 #include <stdexcept>
@@ -41,6 +40,8 @@ Array<std::int32_t> places_of(const SlicedBlockRows& sliced) {
         at[begin[sliced.row[slice * lanes + lane]] + k] = 9 * lanes * (sliced.first_slot[slice] + k) + lane;
   return at;
 }
+
+Triple<Real> triple(const Array<Real>& array, std::size_t i) { return {{array[i], array[i + 1], array[i + 2]}}; }
 
 // Three numbers from each lane's place on.
 LOCKSTEP_INLINE Triple<floatv> triple(const Real* array, intv i, maskv in) {
@@ -123,54 +124,41 @@ void set_smoother(const Level& level, const SlicedBlockRows& a, const Array<std:
   }
 }
 
-// P^T r.
+// P^T r. A member's numbers stand side by side, and members of neighbouring aggregates far from each other: lanes would
+// gather each number from a line of its own.
 template <int parts>
 void restrict_to(const Level& level, std::span<const Real> r, std::span<Real> coarse) {
   // An aggregate writes its own numbers alone.
 #pragma omp parallel for schedule(static)
-  for (int first = 0; first < level.count(); first += lanes) {
-    const maskv in = first_lanes(level.count() - first);
-    const intv begin = load(&level.first[first], in), count = load(level.first.data() + first + 1, in) - begin;
-    floatv force[3] = {0.f, 0.f, 0.f}, torque[3] = {0.f, 0.f, 0.f};
-    for (int turn = 0; any(count > intv(turn)); ++turn) {
-      const maskv active = count > intv(turn);
-      const intv i = gather(level.member.data(), begin + intv(turn), active);
-      const Triple<floatv> own = triple(r.data(), i * intv(3 * parts), active);
-      const Triple<floatv> turned = crossed(triple(level.arm.data(), i * intv(3), active), own);
+  for (int n = 0; n < level.count(); ++n) {
+    Real force[3] = {0, 0, 0}, torque[3] = {0, 0, 0};
+    for (int k = level.first[n]; k < level.first[n + 1]; ++k) {
+      const std::size_t i = level.member[k];
+      const Triple<Real> own = {{r[3 * parts * i], r[3 * parts * i + 1], r[3 * parts * i + 2]}};
+      const Triple<Real> turned = crossed(triple(level.arm, 3 * i), own);
       for (int c = 0; c < 3; ++c) {
-        where(active, force[c]) += own.c[c];
-        where(active, torque[c]) += turned.c[c];
-        if constexpr (parts == 2) where(active, torque[c]) += gather(r.data() + 3 + c, i * intv(6), active);
+        force[c] += own.c[c], torque[c] += turned.c[c];
+        if constexpr (parts == 2) torque[c] += r[6 * i + 3 + c];
       }
     }
-    Real of_lane[6][lanes];
-    for (int c = 0; c < 3; ++c) store(of_lane[c], force[c]), store(of_lane[3 + c], torque[c]);
-    for (int n = first; n < std::min(first + lanes, level.count()); ++n)
-      for (int c = 0; c < 6; ++c) coarse[6 * static_cast<std::size_t>(n) + c] = of_lane[c][n - first];
+    Real* const to = &coarse[6 * static_cast<std::size_t>(n)];
+    for (int c = 0; c < 3; ++c) to[c] = force[c], to[3 + c] = torque[c];
   }
 }
 
 // z += P e.
 template <int parts>
 void prolong(const Level& level, std::span<const Real> coarse, std::span<Real> z) {
-  const std::ptrdiff_t members = level.members();
   // A member writes its own numbers alone.
 #pragma omp parallel for schedule(static)
-  for (std::ptrdiff_t first = 0; first < members; first += lanes) {
-    const maskv in = first_lanes(static_cast<int>(std::min<std::ptrdiff_t>(lanes, members - first)));
-    const intv of = load(&level.of[first], in), i = intv(static_cast<std::int32_t>(first)) + lane_index();
-    const maskv active = in & (of >= intv(0));
-    const Triple<floatv> shift = triple(coarse.data(), of * intv(6), active);
-    const Triple<floatv> turn = triple(coarse.data() + 3, of * intv(6), active);
-    const Triple<floatv> turned = crossed(turn, triple(level.arm.data(), i * intv(3), active));
-    Real of_lane[6][lanes];
+  for (std::size_t i = 0; i < level.members(); ++i) {
+    if (level.of[i] < 0) continue;
+    const Real* const e = &coarse[6 * static_cast<std::size_t>(level.of[i])];
+    const Triple<Real> turned = crossed({{e[3], e[4], e[5]}}, triple(level.arm, 3 * i));
     for (int c = 0; c < 3; ++c) {
-      store(of_lane[c], gather(z.data() + c, i * intv(3 * parts), active) + (shift.c[c] + turned.c[c]));
-      if constexpr (parts == 2) store(of_lane[3 + c], gather(z.data() + 3 + c, i * intv(6), active) + turn.c[c]);
+      z[3 * parts * i + c] += e[c] + turned.c[c];
+      if constexpr (parts == 2) z[6 * i + 3 + c] += e[3 + c];
     }
-    for (std::uint32_t left = bits(active); left; left &= left - 1)
-      for (int c = 0; c < 3 * parts; ++c)
-        z[3 * parts * (first + std::countr_zero(left)) + c] = of_lane[c][std::countr_zero(left)];
   }
 }
 

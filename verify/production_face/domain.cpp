@@ -23,8 +23,11 @@ struct Running {
   OpenmpMemory slices;
   Frame frame;  // the last one
   int frames = 0, steps = 0, iterations = 0;
+  std::string fault;  // the first of a frame; "" if none
   double seconds[int(Module::count)] = {};
 };
+
+std::string fault_of(const Running& run);
 
 void step(Running& run, const FaceForm& form, bool is_serial) {
   const Target<float> target = target_at(run.scene.body, run.scene.motion, (run.frames + 1) * frame_time);
@@ -35,6 +38,9 @@ void step(Running& run, const FaceForm& form, bool is_serial) {
   run.frame = is_serial ? run.rows.frame : run.slices.frame;
   ++run.frames, run.steps += run.frame.steps, run.iterations += run.frame.iterations;
   for (int k = 0; k < int(Module::count); ++k) run.seconds[k] += run.frame.seconds[k];
+  if (run.fault.empty())
+    if (const std::string fault = fault_of(run); !fault.empty())
+      run.fault = "frame " + std::to_string(run.frames) + ": " + fault;
 }
 
 // The least volume of a tetrahedron over that at rest.
@@ -105,7 +111,7 @@ Simulation simulation(const RunOptions& options) {
       .write_state = nullptr,
       .state_formats = {},
       .state = state,
-      .fault = [run] { return fault_of(*run); },
+      .fault = [run] { return run->fault; },
       .summary = [run] { return summary_of(*run); },
   };
 }
