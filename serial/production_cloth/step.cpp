@@ -164,7 +164,8 @@ void step(const Cloth<Real>& cloth, const Forms& forms, const Script<Real>& scri
       search(cloth, from, memory);
       done(Module::search);
     }
-    if (before_find == Module::zones) mark(memory.collide.zones, memory.has_moved);
+    if (before_find == Module::zones)
+      mark(memory.collide.zones, memory.has_moved), mark(memory.collide.inelastic.zones, memory.has_moved);
     if (before_find != Module::collide_bodies) keep_moved(cloth.topology, memory.pairs, memory.has_moved, memory.again);
     ccd(cloth.topology, before_find == Module::collide_bodies ? memory.pairs : memory.again, from, to, impacts);
     std::ranges::fill(memory.has_moved, 0);
