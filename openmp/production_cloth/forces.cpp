@@ -265,7 +265,7 @@ LOCKSTEP_INLINE void add_at(Real* force, const std::int32_t* vertex, const Vecto
 }
 
 // Calls add(elements of sixteen lanes, which lanes are meant) for all elements, colour after colour; lanes beyond a
-// colour's last repeat its first. A team calls it.
+// colour's last repeat it, for no other thread writes what they read. A team calls it.
 template <class Add>
 void for_each_colour(const Batches& colours, const Add& add) {
   for (int colour = 0; colour < colours.count(); ++colour) {
@@ -274,7 +274,7 @@ void for_each_colour(const Batches& colours, const Add& add) {
 #pragma omp for schedule(static)
     for (int k = begin; k < end; k += lanes) {
       std::int32_t element[lanes];
-      for (int l = 0; l < lanes; ++l) element[l] = colours.order[k + l < end ? k + l : begin];
+      for (int l = 0; l < lanes; ++l) element[l] = colours.order[std::min(k + l, end - 1)];
       add(element, first_lanes(end - k));
     }
   }
