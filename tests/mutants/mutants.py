@@ -81,8 +81,8 @@ class Mutant:
 
 def read_mutants(folder):
     mutants = []
+    numbers = collections.Counter()  # over all files: a mutant's folder is its own
     for path in sorted(folder.glob("*.toml")):
-        numbers = collections.Counter()
         for entry in tomllib.loads(path.read_text())["mutant"]:
             kernel, tsan = entry["kernel"], "tsan" in entry
             if set(entry) != {"kernel", "name", "file", "find", "replace", "tsan" if tsan else "verify"}:
