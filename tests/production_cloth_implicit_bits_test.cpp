@@ -1,4 +1,5 @@
-// The implicit step of a cloth in lanes: the serial bits at every size and thread count, and nothing that is not finite.
+// The implicit step of a cloth in lanes: the serial bits at every size and thread count, and nothing that is not
+// finite.
 #define EIGEN_DONT_VECTORIZE  // lanes of other widths than the rest of the program's
 
 #include <gtest/gtest.h>

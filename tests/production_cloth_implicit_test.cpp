@@ -68,7 +68,8 @@ TEST(ProductionClothImplicit, StiffnessIsTheSlopeOfForcesWhereTheClothIsStretche
   }
 }
 
-// At rest the torque of hinges is 0, and so is what its part leaves out: on tubes and closed surfaces, which are folded.
+// At rest the torque of hinges is 0, and so is what its part leaves out: on tubes and closed surfaces, which are
+// folded.
 TEST(ProductionClothImplicit, StiffnessOfHingesIsTheSlopeOfForcesAtRest) {
   for (const Material& material : all_materials()) {
     if (material.bend != Bend::hinges) continue;

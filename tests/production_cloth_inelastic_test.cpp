@@ -83,8 +83,8 @@ TEST(ProductionClothInelasticZones, FindTheNearestVelocitiesWithoutAnApproach) {
   EXPECT_LT(z.energy(), before);
 }
 
-// Beads on a line, each two vertices, whose velocities must not fall from left to right. The nearest such velocities are
-// the isotonic regression, which pooling of neighbours that violate the order finds.
+// Beads on a line, each two vertices, whose velocities must not fall from left to right. The nearest such velocities
+// are the isotonic regression, which pooling of neighbours that violate the order finds.
 TEST(ProductionClothInelasticZones, AreTheIsotonicRegressionOnALine) {
   constexpr int beads = 6;
   const double speeds[beads] = {.5, 2, -1, 0, 3, -2};

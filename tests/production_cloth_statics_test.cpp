@@ -123,8 +123,8 @@ TEST(ProductionClothStatics, PlateConstantOfTheMesh) {
   }
 }
 
-// How far the table's tip moves, by L, as ln gamma grows by 1: at most by .41, between 5 and 10; and by little more than
-// the drop, gamma / 8, for small gamma.
+// How far the table's tip moves, by L, as ln gamma grows by 1: at most by .41, between 5 and 10; and by little more
+// than the drop, gamma / 8, for small gamma.
 double tip_by_constant(double gamma) { return std::min(.41, .13 * gamma); }
 
 // The mesh states its error, of two parts. Creases in place of a curve: errors of the second order, of which 2^1.5 as
@@ -156,9 +156,10 @@ TEST(ProductionClothStatics, HingesAreTheElastica) {
 
 // --- A strip that hangs
 
-// Without bending, which would resist changes of stretch, and without contraction across, each row of squares carries what hangs below its middle: exactly, for every number of
-// rows. A vertex is loaded by a quarter of each square at it; thirds of triangles would load the corners unevenly. Co-rotated membranes pull by Y (s - 1), St. Venant and Kirchhoff's
-// by Y s (s^2 - 1) / 2, s the stretch.
+// Without bending, which would resist changes of stretch, and without contraction across, each row of squares carries
+// what hangs below its middle: exactly, for every number of rows. A vertex is loaded by a quarter of each square at it;
+// thirds of triangles would load the corners unevenly. Co-rotated membranes pull by Y (s - 1), St. Venant and
+// Kirchhoff's by Y s (s^2 - 1) / 2, s the stretch.
 double stretch_under(Stretch stretch, double tension) {
   if (stretch == Stretch::corotated) return 1 + tension;
   double s = 1 + tension;

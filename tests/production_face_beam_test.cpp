@@ -146,9 +146,9 @@ TEST(ProductionFaceBeam, ReactionFallsToThatOfAClampedBeam) {
 
 // --- Stretch
 
-// What the ends do to their surroundings dies away with distance (Saint-Venant), as exp(-4.2 x / width) or faster. So the
-// middle, 2.75 widths and more from either end, is strained as a bar with free sides to 2 exp(-11.5) = 2e-5, all alike,
-// and its stress times the area is the reaction.
+// What the ends do to their surroundings dies away with distance (Saint-Venant), as exp(-4.2 x / width) or faster. So
+// the middle, 2.75 widths and more from either end, is strained as a bar with free sides to 2 exp(-11.5) = 2e-5, all
+// alike, and its stress times the area is the reaction.
 TEST(ProductionFaceBeam, AStretchedBarsMiddleIsUniaxial) {
   for (const double stretch : {1.3, 1.6}) {
     Posed<double> p = posed<double>(bar(4));

@@ -50,8 +50,8 @@ Vector3<double> centre_of(const Fluid<float>& fluid) {
   return (fluid.spacing / volume) * sum;
 }
 
-// A column stands in the pool, from floor to top, and a block lies on its floor. An obstacle whose top is just above the
-// surface would not do: within it the level set goes on from its sides and from its top, and is flat no more.
+// A column stands in the pool, from floor to top, and a block lies on its floor. An obstacle whose top is just above
+// the surface would not do: within it the level set goes on from its sides and from its top, and is flat no more.
 template <class Real>
 Fluid<Real> pool_around_obstacles(double height) {
   const double h = 1. / 16;
@@ -128,8 +128,8 @@ TEST(ProductionFluidStep, ADropFallsFreely) {
   }
 }
 
-// A ball of five cells' radius. Advection of first order wears it away, most where it moves fastest, so its centre may be
-// off by a part of what is lost; .18 of a cell has been seen.
+// A ball of five cells' radius. Advection of first order wears it away, most where it moves fastest, so its centre may
+// be off by a part of what is lost; .18 of a cell has been seen.
 Fluid<float> ball(const Vector3<double>& centre) {
   return make_fluid<float>(32, 32, 32, 1. / 32, [&](double x, double y, double z) {
     const Vector3<double> away = Vector3<double>{x, y, z} - centre;
@@ -175,7 +175,8 @@ TEST(ProductionFluidStep, FramesEndOnSubstepsOfAboutEqualLength) {
   EXPECT_EQ(next_substep(.5, 1.1), .5);
 }
 
-// A drop falls into a pool beside a block. Particles escape, spray flies and comes back, blocks are reseeded at the end.
+// A drop falls into a pool beside a block. Particles escape, spray flies and comes back, blocks are reseeded at the
+// end.
 Fluid<float> splash() {
   const double h = 1. / 16;
   Fluid<float> fluid = make_fluid<float>(21, 24, 19, h, [](double x, double y, double z) {

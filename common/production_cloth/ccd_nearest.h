@@ -73,8 +73,8 @@ inline Nearest<V> nearest(const Vector3<V> (&span)[3]) {
     return nearest_of_edges(span[0], span[1], span[2]);
 }
 
-// Whether the direction between the nearest points in the middle of the step keeps the elements apart from start to end.
-// It may be any, so that what rounding makes of it does not count.
+// Whether the direction between the nearest points in the middle of the step keeps the elements apart from start to
+// end. It may be any, so that what rounding makes of it does not count.
 template <Kind kind, class V>
 inline MaskOf<V> apart_midway(const Spans<V>& spans) {
   Vector3<V> twice[3];

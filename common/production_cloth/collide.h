@@ -41,8 +41,8 @@ struct ZoneKernels {
 };
 
 // find_impacts(start, end, impacts): continuous collision detection between the two. impulses(impacts, velocity): one
-// round. start, m, free of intersections; inverse_mass, 1/kg, 0 of held vertices, which end
-// where `position` has them. position, m, at the end of the step, and velocity, m/s, change where free vertices meet.
+// round. start, m, free of intersections; inverse_mass, 1/kg, 0 of held vertices, which end where `position` has them.
+// position, m, at the end of the step, and velocity, m/s, change where free vertices meet.
 template <class Real, class FindImpacts, class RoundOfImpulses>
 Collided collide(const FindImpacts& find_impacts, const RoundOfImpulses& impulses, const ZoneKernels<Real>& kernels,
                  const Array<Real>& inverse_mass, Real time_step, const Vectors<Real>& start, Vectors<Real>& position,

@@ -90,8 +90,8 @@ inline StressDerivative<T> stress_derivative(const Elements<Real>& elements, con
   return {by_rate.xx + other.xx, by_rate.xy + other.xy, by_rate.yy + other.yy};
 }
 
-// A diagonal block of A, from the vertex's mass and the sums of the blocks to its left and to its right in its row, with
-// the upper triangle in both halves.
+// A diagonal block of A, from the vertex's mass and the sums of the blocks to its left and to its right in its row,
+// with the upper triangle in both halves.
 template <class T>
 inline Block<T> diagonal_block(const T& mass, const Block<T>& left, const Block<T>& right) {
   Block<T> block;

@@ -1,7 +1,7 @@
 // Contract: inelastic impact zones: what still meets stops along its normals alone, and goes on sliding.
 //
-// Vertices of impacts are united as in rigid zones (zones.h), and a zone keeps all impacts of its vertices, of this call
-// and of earlier ones. Its velocities become the nearest ones in which no impact approaches, by kinetic energy:
+// Vertices of impacts are united as in rigid zones (zones.h), and a zone keeps all impacts of its vertices, of this
+// call and of earlier ones. Its velocities become the nearest ones in which no impact approaches, by kinetic energy:
 //
 //   least sum over vertices of m_i |v'_i - v_i|^2 / 2,  for all impacts k:  s_k = n_k . (sum of w_ki v'_i) >= 0
 //

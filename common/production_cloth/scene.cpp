@@ -18,8 +18,8 @@ namespace lockstep::production_cloth {
 namespace {
 
 // What loading takes, a triangle, with half a vertex and one and a half edges each: three meshes of 24 bytes, sides of
-// triangles (60), topology (12 + 12 + 12 + 24), codes and orders (6), positions (12); doubled, since vectors grow so. Then
-// boxes (26) and positions (6) for a look at what intersects.
+// triangles (60), topology (12 + 12 + 12 + 24), codes and orders (6), positions (12); doubled, since vectors grow so.
+// Then boxes (26) and positions (6) for a look at what intersects.
 constexpr double bytes_per_triangle = 2 * (3 * 24 + 60 + 60 + 6 + 12) + 26 + 6;
 constexpr double max_triangles = 1 << 26;
 

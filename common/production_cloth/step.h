@@ -14,7 +14,8 @@
 // that.
 //
 // Every change of the motion is followed by collision detection of all pairs that it moves; the others did not meet,
-// and do not now. So a step ends without collisions, or is cut off: where `most_zone_rounds` of zones leave some, the cloth stays where it was, and rests.
+// and do not now. So a step ends without collisions, or is cut off: where `most_zone_rounds` of zones leave some, the
+// cloth stays where it was, and rests.
 //
 //   original   repulsions and impulses one after another, in the order of pairs; serial alone
 //   jacobi     all at once, from the velocities before; a vertex takes the sum

@@ -6,13 +6,13 @@
 //
 // on coarse levels all of this twice, going on from z; on the last level A^-1 r, by a factor of A in double.
 //
-// A tetrahedron couples four nodes, and so at most four aggregates. So the eigenvalues of the diagonal's inverse times A
-// are at most 4 where K is semi-definite, and with w = 1/2 smoothing enlarges no error: the cycle is symmetric, and
+// A tetrahedron couples four nodes, and so at most four aggregates. So the eigenvalues of the diagonal's inverse times
+// A are at most 4 where K is semi-definite, and with w = 1/2 smoothing enlarges no error: the cycle is symmetric, and
 // definite.
 //
-// A block on the diagonal that is not definite beyond rounding loses the rows that show it: smoothing leaves them as they
-// are. So do rows of rotations that coarsening.h sets to 0. A coarse matrix that is not definite has no factor, and S
-// takes its place. Where K is not definite, the cycle may not be either. Conjugate gradients then stop.
+// A block on the diagonal that is not definite beyond rounding loses the rows that show it: smoothing leaves them as
+// they are. So do rows of rotations that coarsening.h sets to 0. A coarse matrix that is not definite has no factor,
+// and S takes its place. Where K is not definite, the cycle may not be either. Conjugate gradients then stop.
 //
 // Source: Saad, Iterative Methods for Sparse Linear Systems (2nd ed., 2003), 13.4; Vanek, Mandel and Brezina (1996).
 #pragma once
@@ -145,8 +145,8 @@ struct Block6 {
   Number e[6][6];
 };
 
-// w times the inverse of a block, by L D L^T. A pivot that is not positive beyond the rounding of its row leaves the row
-// out: 0 in the inverse.
+// w times the inverse of a block, by L D L^T. A pivot that is not positive beyond the rounding of its row leaves the
+// row out: 0 in the inverse.
 template <class Number>
 LOCKSTEP_INLINE Block6<Number> smoother_of(const Block6<Number>& a) {
   const Number margin(1e-5f);

@@ -6,9 +6,9 @@
 // which would be computed three and four times, are taken sixteen at a time and store their parts, which vertices then
 // add up. Each vertex adds in the order of the elements: the serial bits.
 //
-// Three contrasts. A vertex computes its membranes and hinges itself, too: the same bits, and nothing is stored. Elements
-// in colours add to their vertices at once, sixteen of a colour together. Or threads add each part under the vertex's
-// lock, as [ITJ07]'s does where several iterations update one datum.
+// Three contrasts. A vertex computes its membranes and hinges itself, too: the same bits, and nothing is stored.
+// Elements in colours add to their vertices at once, sixteen of a colour together. Or threads add each part under the
+// vertex's lock, as [ITJ07]'s does where several iterations update one datum.
 //
 // The contract stands in common/production_cloth/forces.h.
 #include "common/production_cloth/forces.h"

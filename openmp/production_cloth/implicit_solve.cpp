@@ -1,8 +1,8 @@
 // A step of linearised backward Euler: the matrix, and conjugate gradients.
 //
 // The algorithm stands in serial/production_cloth/implicit_solve.cpp. Elements that share a vertex would write the same
-// blocks, so assembly falls into two passes. First, sixteen elements at a time store their shares. Then each row adds up
-// the shares of its blocks, those of links, membranes and hinges in their order: the serial sums.
+// blocks, so assembly falls into two passes. First, sixteen elements at a time store their shares. Then each row adds
+// up the shares of its blocks, those of links, membranes and hinges in their order: the serial sums.
 //
 // A share is stored for the block above the diagonal, and the block below it reads the same: A is symmetric to the bit.
 //

@@ -5,8 +5,8 @@
 // two of its corners. Where the blocks stand has been found once (pattern.h). Where all vertices move alike no force
 // changes, so that a diagonal block is the mass less the sum of the other blocks of its row.
 //
-// Stiffness is most of the diagonal at long steps, and is of another size along the cloth than across it. So the inverse
-// of each vertex's 3x3 block is the preconditioner.
+// Stiffness is most of the diagonal at long steps, and is of another size along the cloth than across it. So the
+// inverse of each vertex's 3x3 block is the preconditioner.
 //
 // Held vertices are filtered: their rows are empty, and their velocities act by the right-hand side.
 //

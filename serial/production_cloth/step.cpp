@@ -5,8 +5,8 @@
 // iterations of conjugate gradients.
 //
 // Contact changes the velocity in the middle of the step. Repulsions of near elements come first; they are cheap, and
-// leave few collisions. Collisions cost more: continuous collision detection with rounds of impulses, then rigid zones.
-// The change of the middle velocity counts as an impulse at the start of the step, so the second half begins with it.
+// leave few collisions. Collisions cost more: continuous collision detection with rounds of impulses, then zones. The
+// change of the middle velocity counts as an impulse at the start of the step, so the second half begins with it.
 //
 // One search for pairs serves a step. It covers the motion that the start's velocities predict, and some room beside
 // it. It is repeated where the motion leaves that room. Later rounds of collision detection look at those of the pairs

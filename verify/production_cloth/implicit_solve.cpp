@@ -1,5 +1,5 @@
-// The implicit step, as the verifier and the benchmark see it: bitwise with the serial twin, matrix, right-hand side and
-// velocities; and the true residual is what rounding explains.
+// The implicit step, as the verifier and the benchmark see it: bitwise with the serial twin, matrix, right-hand side
+// and velocities; and the true residual is what rounding explains.
 #include "common/production_cloth/implicit_solve.h"
 
 #include <algorithm>
