@@ -47,9 +47,9 @@ TEST(ProductionFluidBricks, StandStillWhereNothingMoves) {
   }
 }
 
-// The velocity is (speed, speed, 0) but in one brick, which stands still. At two corners of it, u has a mean v of speed /
-// 2, since half of the four faces of v are outside; there the foot of dt = 1 lies beside faces of u that move. What
-// semi-Lagrangian advection brings is worked out by hand.
+// The velocity is (speed, speed, 0) but in one brick, which stands still. At two corners of it, u has a mean v of half
+// the speed, since two of the four faces of v are outside; there the foot of dt = 1 lies beside faces of u that move.
+// What semi-Lagrangian advection brings is worked out by hand.
 TEST(ProductionFluidBricks, AreTracedBesideAirThatMoves) {
   const auto expect_at_corner = [](float speed, int x, int y, int z, float expected) {
     const auto flow = [speed](double x, double y, double z) {
@@ -57,8 +57,7 @@ TEST(ProductionFluidBricks, AreTracedBesideAirThatMoves) {
     };
     const Faces<float> faces = faces_of<float>(nx, ny, nz, 1, flow, flow, [](double, double, double) { return 0; });
     for (Velocity* advect : velocities) EXPECT_GT(advected(advect, faces, 1).u(x, y, z) * speed, 0);
-    for (Velocity* advect : {velocities[0], velocities[1]})
-      EXPECT_EQ(advected(advect, faces, 1).u(x, y, z), expected);
+    for (Velocity* advect : {velocities[0], velocities[1]}) EXPECT_EQ(advected(advect, faces, 1).u(x, y, z), expected);
   };
   expect_at_corner(1, 16, 8, 8, .625f);
   expect_at_corner(-1, 31, 11, 11, -.8125f);

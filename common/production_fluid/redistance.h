@@ -10,6 +10,10 @@
 // The other cells get the distance that levelset/ computes from these, as far as `band`, and `band` beyond. So the
 // surface stays where phi crosses 0, to first order.
 //
+// Where the surface is smooth, cells with |phi| < reach_of_closest_points then get their distance from its closest
+// point (closest_point.h), of second order, but no more than half a cell from the one that they had. Distances of first
+// order are too large beside a ball, and as the next advection reads them, the ball loses volume.
+//
 //   sweeping   by one round of fast sweeping. In a narrow band one round leaves rounding (notes/levelset.md).
 //   marching   by fast marching in blocks.
 //
@@ -22,6 +26,7 @@
 
 #include "common/levelset/field.h"
 #include "common/math.h"
+#include "common/production_fluid/closest_point.h"
 #include "common/production_fluid/state.h"
 #include "common/vector3.h"
 
@@ -44,6 +49,10 @@ Redistance<float> redistance_sweeping, redistance_marching;
 // How far the step redistances, in cells: where nothing moves by more than a cell, phi is still known 3 cells from the
 // surface after a step.
 inline constexpr float band_of_level_set = 4;
+
+// In cells. The next advection moves the surface by what is within two cells of it, and redistancing then looks a cell
+// farther.
+inline constexpr float reach_of_closest_points = 3;
 
 // --- Formulas; of numbers or of lanes
 
@@ -74,6 +83,15 @@ template <class Number>
 inline Number refined_distance(const Number& phi, const Number& steepness, const Number& from_crossings) {
   const auto nearly = (steepness >= Number(.5f)) & (steepness <= Number(2));
   return select(nearly, abs(phi) / select(nearly, steepness, Number(1)), from_crossings);
+}
+
+// The distance of a cell within reach of closest points, which had `distance`. It follows `distance` without jumps, so
+// that sweeping and marching, which differ by rounding, still do.
+template <class Number>
+inline Number closest_distance(const ClosestPoint<Number>& closest, const Number& distance, const Number& band,
+                               const Number& spacing) {
+  const Number d = min(distance, band), half = Number(.5f) * spacing;
+  return select(closest.is_smooth, min(max(closest.distance, d - half), d + half), d);
 }
 
 template <class Number>

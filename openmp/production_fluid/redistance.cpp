@@ -32,6 +32,23 @@ void refine(const Field<Real>& phi, Distances<Real>& distances) {
   }
 }
 
+void take_closest_points(const Field<Real>& phi, Real band, Field<Real>& distance) {
+  const Real* const values = &phi(0, 0, 0);
+  const floatv reach = reach_of_closest_points * phi.spacing;
+  // A line changes distances of its own cells, and phi does not change. Lines differ in how many cells are near.
+#pragma omp parallel for collapse(2) schedule(dynamic, 16)
+  for (int z = 0; z < phi.nz; ++z)
+    for (int y = 0; y < phi.ny; ++y)
+      for (int x = 0; x < phi.nx; x += lanes) {
+        const maskv near = first_lanes(phi.nx - x) & (abs(load(&phi(x, y, z))) < reach);
+        if (none(near)) continue;
+        const auto closest =
+            closest_point<intv>(phi, x + lane_index(), y, z, [&](const intv& index) { return gather(values, index); });
+        Real* const at = &distance(x, y, z);
+        store(at, closest_distance(closest, load(at), floatv(band), floatv(phi.spacing)), near);
+      }
+}
+
 void take_distances(const Field<Real>& distance, Real band, Field<Real>& phi) {
   // A line changes its own cells, from distances that none changes.
 #pragma omp parallel for collapse(2) schedule(static)
@@ -52,6 +69,7 @@ void redistance_sweeping(Field<Real>& phi, Real band, Distances<Real>& distances
   levelset::openmp::initialize(phi, distances);
   refine(phi, distances);
   levelset::openmp::fast_sweeping_sweeps(distances, band, 1);
+  take_closest_points(phi, band, distances.distance);
   take_distances(distances.distance, band, phi);
 }
 
@@ -59,6 +77,7 @@ void redistance_marching(Field<Real>& phi, Real band, Distances<Real>& distances
   levelset::openmp::initialize(phi, distances);
   refine(phi, distances);
   levelset::openmp::fast_marching_blocks(distances, band, levelset::block_size);
+  take_closest_points(phi, band, distances.distance);
   take_distances(distances.distance, band, phi);
 }
 

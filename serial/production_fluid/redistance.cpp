@@ -1,7 +1,8 @@
 // Makes the level set a distance again.
 //
 // Advection keeps the surface but not the distances about it: their gradient drifts away from 1, and where it becomes
-// steep or flat, surface and particles suffer. The distances come from levelset/; what is left here is the sign.
+// steep or flat, surface and particles suffer. The distances come from levelset/ and, where the surface is smooth, from
+// its closest points; what is left here is the sign.
 //
 // The contract stands in common/production_fluid/redistance.h.
 #include "common/production_fluid/redistance.h"
@@ -26,6 +27,20 @@ void refine(const Field<Real>& phi, Distances<Real>& distances) {
   }
 }
 
+void take_closest_points(const Field<Real>& phi, Real band, Field<Real>& distance) {
+  const Real* const values = &phi(0, 0, 0);
+  const Real reach = reach_of_closest_points * phi.spacing;
+  for (int z = 0; z < phi.nz; ++z)
+    for (int y = 0; y < phi.ny; ++y)
+      for (int x = 0; x < phi.nx; ++x) {
+        const bool near = abs(phi(x, y, z)) < reach;
+        if (none(near)) continue;
+        const auto closest = closest_point<Index>(phi, x, y, z, [&](const Index& index) { return values[index]; });
+        Real* const at = &distance(x, y, z);
+        *at = closest_distance(closest, *at, band, phi.spacing);
+      }
+}
+
 void take_distances(const Field<Real>& distance, Real band, Field<Real>& phi) {
   for (int z = 0; z < phi.nz; ++z)
     for (int y = 0; y < phi.ny; ++y)
@@ -38,6 +53,7 @@ void redistance_sweeping(Field<Real>& phi, Real band, Distances<Real>& distances
   levelset::serial::initialize(phi, distances);
   refine(phi, distances);
   levelset::serial::fast_sweeping_sweeps(distances, band, 1);
+  take_closest_points(phi, band, distances.distance);
   take_distances(distances.distance, band, phi);
 }
 
@@ -45,6 +61,7 @@ void redistance_marching(Field<Real>& phi, Real band, Distances<Real>& distances
   levelset::serial::initialize(phi, distances);
   refine(phi, distances);
   levelset::serial::fast_marching_blocks(distances, band, levelset::block_size);
+  take_closest_points(phi, band, distances.distance);
   take_distances(distances.distance, band, phi);
 }
 
