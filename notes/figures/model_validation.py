@@ -9,6 +9,7 @@ import style
 TITLE = "The scaling model against measurements"
 PAPER_FIGURE = "none"
 PAPER = "The papers show no such comparison of their simulator."
+NOTES = ["scaling"]
 REPORTS = {"scale": None}
 BAND = 0.1
 

@@ -5,6 +5,7 @@ kernel of its own; FORM of the step; SCALED_ON, the scene that kernels are model
 KERNELS, of modules whose kernels have other names.
 """
 
+import judge
 import page
 import source
 import style
@@ -76,6 +77,14 @@ def in_short(rows, paper, scene):
         "modelled": f"{first['cores']} cores: {of_frame(rows):.1f}x",
         "scene": f"{first['scene']} ({scene})",
     }
+
+
+def claims(rows, application, paper_at_64):
+    """What the paper says of all modules together, as one number."""
+    every = {"from": source.references(*rows)}
+    parts = [("all modules together", f"modelled, {rows[0]['cores']} cores", of_frame(rows), every)]
+    words = f"On 64 cores a frame of the production {application} takes 1/{paper_at_64} of the time of one"
+    return judge.claim("[ISCA07]", words, f"{paper_at_64}x", judge.at_least(paper_at_64), parts, "x")
 
 
 def details(rows):

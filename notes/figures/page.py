@@ -1,6 +1,7 @@
 """Small pieces of HTML, and how numbers are written."""
 
 import html
+import re
 
 
 def link(target, text):
@@ -17,7 +18,15 @@ def table(header, rows, marked=()):
         )
 
     body = "".join(f"<tr{' class=off' if i in marked else ''}>{line('td', row)}</tr>\n" for i, row in enumerate(rows))
-    return f"<table><thead><tr>{line('th', header)}</tr></thead>\n<tbody>\n{body}</tbody></table>\n"
+    return f"<div class='scroll'><table><thead><tr>{line('th', header)}</tr></thead>\n<tbody>\n{body}</tbody></table></div>\n"
+
+
+def inline(svg, name):
+    """An SVG file of matplotlib as a part of a page. Its ids begin with `name`, so that no two figures share one."""
+    text = svg[svg.index("<svg") :]
+    text = re.sub("<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    text = re.sub(' id="', f' id="{name}-', text)
+    return re.sub('(href="#|url\\(#)', rf"\1{name}-", text)
 
 
 def number(value, unit=""):

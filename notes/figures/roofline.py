@@ -2,6 +2,7 @@
 
 import math
 
+import numpy
 import page
 import source
 import style
@@ -9,6 +10,7 @@ import style
 TITLE = "Roofline of every kernel"
 PAPER_FIGURE = "none"
 PAPER = "The papers have no such figure; it says what bounds a kernel on this machine."
+NOTES = ["simd", "linear"]
 REPORTS = {"bench": None}
 
 
@@ -126,20 +128,38 @@ def details(rows):
 
 
 def label(axis, rows, series_of):
-    """Numbers the points: right or left of each, at the lowest height that is free of points and other numbers."""
-    taken = [(math.log10(r["flops_per_byte"]), math.log10(r["gflop_per_s"])) for r in rows]
-    for r, (x, y) in zip(rows, taken[:]):
-        places = [(x + side * 0.13, y + 0.02 * step) for step in range(40) for side in (1, -1)]
-        place = next(p for p in places if not any(abs(p[0] - a) < 0.11 and abs(p[1] - b) < 0.09 for a, b in taken))
-        taken.append(place)
-        look = {
-            "ha": "center",
-            "va": "center",
-            "fontsize": 6.5,
-            "zorder": 5,
-            "color": style.COLOURS[series_of[domain(r)]],
-        }
-        axis.annotate(f"{r['number']}", (10 ** place[0], 10 ** place[1]), path_effects=style.HALO, **look)
+    """Numbers the points, each at the nearest place that is free of points and of other numbers.
+
+    Call it when the axes have their limits and places: what is free is asked in pixels.
+    """
+    point = axis.figure.dpi / 72
+    half = 0.5 * point * style.MARKER_SIZE
+    middles = axis.transData.transform([(r["flops_per_byte"], r["gflop_per_s"]) for r in rows])
+    taken = numpy.hstack([middles - half, middles + half])
+    for r, (x, y) in zip(rows, middles):
+        place = (r["flops_per_byte"], r["gflop_per_s"])
+        look = {"textcoords": "offset points", "color": style.COLOURS[series_of[domain(r)]], "zorder": 5}
+        text = axis.annotate(
+            f"{r['number']}", place, xytext=(0, 0), ha="center", va="center", fontsize=6.5, **look
+        )
+        size = text.get_window_extent()
+        for dx, dy in places():
+            left, low = x + point * dx - size.width / 2, y + point * dy - size.height / 2
+            box = numpy.array([left, low, left + size.width, low + size.height])
+            if not ((box[:2] < taken[:, 2:]) & (taken[:, :2] < box[2:])).all(axis=1).any():
+                break
+        taken = numpy.vstack([taken, box])
+        text.set_position((dx, dy))
+        line = {"arrowstyle": "-", "linewidth": 0.4, "color": look["color"], "shrinkA": 3, "shrinkB": 0}
+        axis.annotate("", place, xytext=(dx, dy), arrowprops=line, **look)
+
+
+def places():
+    """Where a number may stand, relative to its point, in points: the nearest first."""
+    for distance in range(7, 120, 2):
+        for turn in range(max(8, distance)):
+            angle = 2 * math.pi * turn / max(8, distance)
+            yield distance * math.cos(angle), distance * math.sin(angle)
 
 
 def draw(rows):
@@ -164,7 +184,6 @@ def draw(rows):
                 axis.plot(s["flops_per_byte"], s["gflop_per_s"], color=colour, marker="x", markersize=4)
             spread = None if r["spread"] is None else min(r["spread"], 1.5)
             style.measured(axis, [r["flops_per_byte"]], [r["gflop_per_s"]], series, [spread], [r["whole_cores"]])
-        label(axis, own, series_of)
         style.log_x(axis, "flops / byte")
         axis.set_xlim(reach)
         style.log_y(axis, "GFLOP/s" if threads == 1 else "")
@@ -172,5 +191,8 @@ def draw(rows):
     peaks = [r["fma_gflop_per_s"] for r in rows if r["variant"] == "peak"]
     style.limit_to(axes[0][0], [r["gflop_per_s"] for r in drawn] + peaks, 1.5)
     keys = [style.series_key(series, domain) for domain, series in series_of.items()]
-    style.key_below(figure, [*keys, style.serial_key(), *style.disturbed_key(rows)])
+    style.key_below(figure, [*keys, style.serial_key(), *style.disturbed_key(rows)], 5)
+    style.settle(figure)
+    for axis, threads in zip(axes[0], thread_counts(rows)):
+        label(axis, points(rows, "openmp", threads), series_of)
     return figure
