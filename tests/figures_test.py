@@ -340,20 +340,22 @@ class Figures(unittest.TestCase):
         self.assertEqual(of(judge.REPRODUCED, judge.EXCEEDED), "reproduced or exceeded")
 
     def test_numbers_of_the_roofline_stand_apart(self):
-        # A hundred kernels, most of them within a third of a decade of each other.
+        # A hundred kernels, most of them within a third of a decade of each other, and one that hardly computes.
         crowded = reports()
         bench = crowded["bench"]
         bench["rows"] = [
             {"kernel": f"fluid/k{k}", "form": "", "scene": "s", "variant": variant, "threads": threads}
             | {"ms": ms * (1 + 0.9 * math.sin(k)), "spread": 0.1, "bytes": 1e6, "whole_cores": True}
-            | {"flops": 1e6 * (1 + 0.5 * math.cos(7 * k)) * (50 if k % 10 == 0 else 1), "from": f"bench.json#{k}"}
-            for k in range(100)
+            | {"flops": 1e6 * (1 + 0.5 * math.cos(7 * k)) * (50 if k % 10 == 0 else 1) * (1e-6 if k == 100 else 1)}
+            | {"from": f"bench.json#{k}"}
+            for k in range(101)
             for variant, threads, ms in (("serial", 1, 80.0), ("openmp", 1, 10.0), ("openmp", 2, 5.0))
         ]
         for k, peak in enumerate(bench["machine"]["peaks"]):
             peak["from"] = f"bench.json#machine/peaks/{k}"
         rows = roofline.table(crowded)
         figure = roofline.draw(rows)
+        self.assertEqual(roofline.below(rows), [101])
         for axis, threads in zip(figure.axes, (1, 2)):
             texts = [text for text in axis.texts if text.get_text().isdigit()]
             self.assertEqual(len(texts), 100)

@@ -128,6 +128,7 @@ def draw(rows):
         sizes.bar(*zip(*batches), width=1, color=style.COLOURS[0], edgecolor="white", linewidth=0.4)
         sizes.axhline(16, linestyle="--", **style.BOUND)
         style.log_y(sizes, "")
+        sizes.xaxis.set_major_locator(style.MaxNLocator(integer=True))
         sizes.set_xlabel("batch")
         over_serial.set_title(scene)
     for axis, label in zip(axes[:, 0], ("speed-up over serial", "speed-up over one core", "contacts in the batch")):
@@ -135,5 +136,5 @@ def draw(rows):
     names = {"batches": "batches, with the time to make them", "original": "original order"}
     keys = [style.series_key(SERIES[form], words) for form, words in names.items()]
     keys += [*style.kinds_key(), *style.disturbed_key(rows), style.paper_key(), style.ideal_key()]
-    style.key_below(figure, keys)
+    style.key_below(figure, keys, 4)
     return figure

@@ -50,12 +50,14 @@ h1 { font-size: 1.5em; } h2 { font-size: 1.2em; margin: 2em 0 .4em; }
 .scroll { overflow-x: auto; margin: .8em 0; }
 .scroll svg { display: block; min-width: 640px; max-width: 100%; height: auto; }
 nav ul { columns: 20em; padding-left: 1.2em; }
-p, ul { max-width: 75em; margin: .5em 0; }
+p, ul { max-width: 75em; margin: .5em 0; } td ul { margin: 0; padding-left: 1.2em; }
 table { border-collapse: collapse; font-size: 12px; line-height: 1.3; }
+#claims table, #short table { min-width: 60em; }
 th, td { border: 1px solid #bbb; padding: 2px 6px; text-align: left; vertical-align: top; }
 th { background: #eee; } tr.off td { font-weight: bold; background: #f6e3d8; }
 tr { break-inside: avoid; } thead { display: table-header-group; }
-.rough, .not { font-weight: bold; color: #8a3d00; } .met { font-weight: bold; color: #00573f; } figure { margin: 0; break-inside: avoid; }
+.rough, .not { font-weight: bold; color: #8a3d00; } .met { font-weight: bold; color: #00573f; }
+figure { margin: 0; break-inside: avoid; }
 .source { font-size: 12px; color: #444; max-width: none; }
 @page { size: A4 landscape; margin: 10mm; }
 @media print {
@@ -146,26 +148,31 @@ def claims_section(found, said):
     cells = []
     for (figure, paper, claim, asked), parts in by_claim.items():
         verdict = verdicts[figure, paper, claim, asked]
-        lines = [(page.number(p["found"], p["unit"]), f"{p['of']} ({p['how']})", p["verdict"]) for p in parts]
-        if len(set(p["verdict"] for p in parts)) == 1:
-            lines = [(number, of, "") for number, of, _ in lines]
+        # What all lines agree on is said once.
+        hows, several = {p["how"] for p in parts}, len({p["verdict"] for p in parts}) > 1
         text = "".join(
-            f"<li><b>{html.escape(number)}</b> {html.escape(of)}{', ' + marked(one) if one else ''}</li>"
-            for number, of, one in lines
+            f"<li><b>{html.escape(page.number(p['found'], p['unit']))}</b> {html.escape(p['of'])}"
+            + (f" ({html.escape(p['how'])})" if len(hows) > 1 else "")
+            + (f", {marked(p['verdict'])}" if several else "")
+            + "</li>"
+            for p in parts
         )
+        said_once = f"{html.escape(hows.pop())}:" if len(hows) == 1 else ""
         data = f"{page.link('#' + figure, 'figure')[0]}, {page.link(figure + '.csv', figure + '.csv')[0]}"
         command = f"<code>make figures FIGURE={figure}</code>"
-        cells.append([claim, paper, asked, (f"<ul>{text}</ul>",), (marked(verdict),), (f"{data}, {command}",)])
+        shown = [f"{said_once}<ul>{text}</ul>", marked(verdict), f"{data}, {command}"]
+        cells.append([claim, paper, asked, *((one,) for one in shown)])
     counts = [(words, list(verdicts.values()).count(words)) for words in (judge.EXCEEDED, judge.REPRODUCED, judge.NOT)]
     rest = len(verdicts) - sum(count for _, count in counts)
     total = ", ".join(f"{count} {words}" for words, count in [*counts, ("in part", rest)] if count)
     header = ["claim", "paper", "asked", "found here", "verdict", "figure, data, command"]
     return (
-        f"<section id='claims'>\n<h2>The papers' claims</h2>\n<p><b>{len(verdicts)} claims: {total}.</b> Reproduced: what"
-        " the paper says is reached; exceeded: by more than a tenth. A number is measured where this machine has the"
-        " cores, and modelled (notes/scaling.md) where it has not. Numbers and verdicts are computed from the JSON:"
-        f" {page.link('claims.csv', 'claims.csv')[0]} names the rows. Claims about Larrabee's own parts (gathers, masks"
-        " and threads that hide latency, in hardware) cannot be asked here.</p>\n"
+        "<section id='claims'>\n<h2>The papers' claims</h2>\n"
+        f"<p><b>{len(verdicts)} claims: {total}.</b> Reproduced: what the paper says is reached; exceeded: by more than"
+        " a tenth. A number is measured where this machine has the cores, and modelled (notes/scaling.md) where it has"
+        f" not. Numbers and verdicts are computed from the JSON: {page.link('claims.csv', 'claims.csv')[0]} names the"
+        " rows. Claims about Larrabee's own parts (gathers, masks and threads that hide latency, in hardware) cannot be"
+        " asked here.</p>\n"
         f"{said}{page.table(header, cells)}</section>\n"
     )
 
@@ -250,7 +257,7 @@ def main(folder, name=None):
         (folder / f"{name}.csv").write_text(csv_of(tables[name]))
         drawing = figure.draw(tables[name])
         if rough(data, files_behind(tables[name])):
-            drawing.suptitle("QUICK run: rough numbers", color="#8a3d00")
+            drawing.suptitle("QUICK run: rough numbers", y=1, va="bottom", color="#8a3d00")
         svg = style.svg_of(drawing)
         (folder / f"{name}.svg").write_text(svg, "utf-8")
         sections.append(section(data, name, figure, tables[name], svg, notes))
@@ -269,14 +276,14 @@ def main(folder, name=None):
         "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'><title>Lockstep: figures</title>\n"
         "<meta name='viewport' content='width=device-width, initial-scale=1'>\n"
         f"<style>{STYLE}</style></head><body>\n<h1>Lockstep: the papers' figures</h1>\n"
-        f"{said}<p>[ITJ07]: <i>High-Performance Physical Simulations on Next-Generation Architecture with Many Cores</i>,"
-        " Intel Technology Journal 11(3), 2007. [LRB08]: <i>Game Physics Performance on the Larrabee Architecture</i>,"
-        " 2008. [ISCA07]: Hughes et al., <i>Physical Simulation for Animation and Visual Effects: Parallelization and"
-        " Characterization for Chip Multiprocessors</i>, 2007, by authors of [ITJ07]. Their speed-ups come from a simulator. Here <b>measured</b> values are times on this machine: filled"
-        " markers, solid lines and, where the repeats are in the report, bars of their interquartile range."
-        " <b>Modelled</b> values come from the scaling model (notes/scaling.md): hollow markers and dashed lines."
-        " Measured values that never had whole cores are hollow and grey. Each row of a figure's CSV names the rows of"
-        " the JSON that it was computed from.</p>\n"
+        f"{said}<p>[ITJ07]: <i>High-Performance Physical Simulations on Next-Generation Architecture with Many"
+        " Cores</i>, Intel Technology Journal 11(3), 2007. [LRB08]: <i>Game Physics Performance on the Larrabee"
+        " Architecture</i>, 2008. [ISCA07]: Hughes et al., <i>Physical Simulation for Animation and Visual Effects:"
+        " Parallelization and Characterization for Chip Multiprocessors</i>, 2007, by authors of [ITJ07]. Their speed-ups come from a"
+        " simulator. Here <b>measured</b> values are times on this machine: filled markers, solid lines and, where the"
+        " repeats are in the report, bars of their interquartile range. <b>Modelled</b> values come from the scaling"
+        " model (notes/scaling.md): hollow markers and dashed lines. Measured values that never had whole cores are"
+        " hollow and grey. Each row of a figure's CSV names the rows of the JSON that it was computed from.</p>\n"
         f"<p><b>Made on:</b> {html.escape(stamp(data, data))}.</p>\n"
         f"{summary}{contents(figures, notes, bool(claims))}{claims_section(claims, said) if claims else ''}"
         f"{index_table(tables, figures, said)}{''.join(sections)}{machine_section(data)}</body></html>\n"

@@ -103,7 +103,7 @@ def claims(rows):
 
 
 def draw(rows):
-    figure, [[axis]] = style.panels(1, 1, 8.5, 5.6)
+    figure, [[axis]] = style.panels(1, 1, 11, 5.6)
     looks = {
         "serial": {"color": style.COLOURS[3]},
         "openmp": {"color": style.COLOURS[6], "hatch": "///", "edgecolor": "white"},

@@ -1,7 +1,7 @@
 """What the papers claim, and whether it holds here.
 
-A figure's claims(rows) judges the claims that its numbers can answer: a row for each scene, workload or algorithm that a
-claim is asked of. Every number comes from a row of the figure, so from the JSON; `from` names it.
+A figure's claims(rows) judges the claims that its numbers can answer: a row for each scene, workload or algorithm that
+a claim is asked of. Every number comes from a row of the figure, so from the JSON; `from` names it.
 """
 
 EXCEEDED, REPRODUCED, NOT = "exceeded", "reproduced", "not reproduced"

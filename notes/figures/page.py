@@ -18,7 +18,8 @@ def table(header, rows, marked=()):
         )
 
     body = "".join(f"<tr{' class=off' if i in marked else ''}>{line('td', row)}</tr>\n" for i, row in enumerate(rows))
-    return f"<div class='scroll'><table><thead><tr>{line('th', header)}</tr></thead>\n<tbody>\n{body}</tbody></table></div>\n"
+    head = f"<thead><tr>{line('th', header)}</tr></thead>\n"
+    return f"<div class='scroll'><table>{head}<tbody>\n{body}</tbody></table></div>\n"
 
 
 def inline(svg, name):
@@ -33,7 +34,8 @@ def number(value, unit=""):
     """Three digits; a dash for None."""
     if value is None:
         return "–"
-    return (f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}") + (f" {unit}" if unit else "")
+    digits = f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"
+    return digits + unit if unit in ("", "x") else f"{digits} {unit}"
 
 
 def plain(value, _):

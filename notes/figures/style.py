@@ -1,8 +1,8 @@
 """The style of all figures. Measured: filled markers, solid lines, bars for the spread. Modelled: hollow markers,
 dashed lines.
 
-Colours are Okabe and Ito's (and a brown), which colour-blind readers can tell apart; markers and hatches tell series apart without
-colour.
+Colours are Okabe and Ito's, which colour-blind readers can tell apart, and a brown; markers and hatches tell series
+apart without colour.
 """
 
 import io
@@ -14,7 +14,7 @@ matplotlib.use("svg")
 import matplotlib.pyplot as plt  # noqa: E402, after the backend is chosen
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
 import page
 
@@ -141,6 +141,12 @@ def log_x(axis, label, subs=(1,)):
     axis.xaxis.set_major_formatter(FuncFormatter(page.plain))
     axis.xaxis.set_minor_locator(NullLocator())
     axis.set_xlabel(label)
+
+
+def few_ticks(values):
+    """Where a decade has ticks: the fewer decades, the more."""
+    values = [v for v in values if v > 0]
+    return (1, 2, 5) if max(values) < 300 * min(values) else (1,)
 
 
 def ideal(axis, cores, share=1):
