@@ -62,7 +62,7 @@ $(untimed): level = -O1
 # The linker keeps the first copy of an inline function, so those at -O1 come last.
 in_order = $(filter-out $(untimed),$^) $(filter $(untimed),$^)
 
-.PHONY: all deps list verify test bench figures pictures run view diff mutants tsan tsan-build sanitize determinism portable fuzz endure extremes clean help
+.PHONY: all deps list verify test bench figures pictures gallery run view diff mutants tsan tsan-build sanitize determinism portable fuzz endure extremes clean help
 .DELETE_ON_ERROR:
 
 all: build/lockstep  ## build everything, with the best ISA of this machine (ISA=avx512|avx2|portable)
@@ -81,9 +81,11 @@ verify: build/lockstep  ## compare every kernel with its serial twin (KERNEL= FO
 	build/lockstep verify $(selection) $(if $(FULL),--full) $(if $(FAILED),--failed) --json build/verify.json
 
 test: $(BUILD)/unit_tests build/lockstep  ## unit, property and fault tests
+	$(PYTHON) tests/notes_test.py
 	$(PYTHON) tests/figures_test.py
 	$(PYTHON) tests/frames_test.py
 	$(PYTHON) tests/view_test.py
+	xvfb-run -a $(PYTHON) tests/gallery_test.py
 	LOCKSTEP=build/lockstep $(BUILD)/unit_tests --gtest_brief=1
 
 bench: build/lockstep  ## time every kernel (KERNEL= FORM= SCENE= THREADS=all QUICK=1: rough, RESUME=1: go on); build/bench.json
@@ -101,6 +103,9 @@ pictures: build/lockstep  ## render README's pictures, notes/pictures/*.png, fro
 	  curtain_and_ball_5k:200 ball_5k:120 tube_5k:100 funnel:180; do \
 	  build/lockstep run --scene $${run%:*} --frames $${run#*:} --out build/pictures/$${run%:*} --force || exit 1; done
 	xvfb-run -a $(PYTHON) notes/pictures/render.py build/pictures notes/pictures
+
+gallery: build/lockstep  ## make a page of stills and views of a dozen scenes, to open in a browser: build/gallery/index.html
+	xvfb-run -a $(PYTHON) -B notes/views/gallery.py build/lockstep build/gallery
 
 run: build/lockstep  ## simulate SCENE=flag_33, write frames for ParaView (OUT=build/frames/flag_33 FRAMES= VARIANT= FORM= THREADS= RESUME=1 FORCE=1)
 	build/lockstep run --scene '$(or $(SCENE),$(error SCENE= says which scene to run))' \

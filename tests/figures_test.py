@@ -1,11 +1,19 @@
-"""Tests the figures and their index with small reports: /usr/bin/python3 tests/figures_test.py"""
+"""Tests the figures and their index with small reports: /usr/bin/python3 tests/figures_test.py
+
+The environment variable LOCKSTEP names the program (default build/lockstep), whose kernels the figures name.
+"""
 
 import argparse
 import contextlib
 import copy
 import csv
+import html
+import importlib
 import io
+import itertools
 import json
+import math
+import os
 import pathlib
 import re
 import subprocess
@@ -13,14 +21,20 @@ import sys
 import tempfile
 import unittest
 
-FOLDER = pathlib.Path(__file__).resolve().parent.parent / "notes" / "figures"
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+FOLDER = ROOT / "notes" / "figures"
 sys.path.insert(0, str(FOLDER))
 import cloth_modules  # noqa: E402, from the folder above
 import draw  # noqa: E402
+import judge  # noqa: E402
 import measure  # noqa: E402
 import module_times  # noqa: E402
+import modules  # noqa: E402
 import face_modules  # noqa: E402
 import production_modules  # noqa: E402
+import roofline  # noqa: E402
+import scalability  # noqa: E402
+import source  # noqa: E402
 
 MACHINE = {
     "date": "2026-01-31",
@@ -209,6 +223,8 @@ class Figures(unittest.TestCase):
         cls.folder = pathlib.Path(kept.name)
         cls.reports = reports()
         write(cls.reports, cls.folder)
+        data = source.load(cls.folder, cls.reports)
+        cls.tables = {name: figure.table(data) for name, figure in draw.chosen().items()}
         with contextlib.redirect_stdout(io.StringIO()):
             draw.main(cls.folder)
         cls.index = (cls.folder / "index.html").read_text()
@@ -238,11 +254,118 @@ class Figures(unittest.TestCase):
             self.assertIn(f"<section id='{name}'>", self.index)
             self.assertIn(f"<a href='#{name}'>", self.index)
             self.assertTrue((self.folder / f"{name}.svg").read_text().rstrip().endswith("</svg>"))
-        self.assertEqual(self.index.count("src='data:image/svg+xml;base64,"), len(modules))
+        self.assertEqual(self.index.count("<svg "), len(modules))
+
+    def test_words_in_pictures_are_text(self):
+        words_of = {"scalability": "sweep and prune", "cloth_convergence": "rms strain", "modules": "Box-box"}
+        for name, words in words_of.items():
+            self.assertIn(f">{words}</text>", self.section(self.index, name))
+
+    def section(self, index, name):
+        return index[index.index(f"<section id='{name}'>") :].split("</section>")[0]
+
+    def test_no_two_things_have_one_id(self):
+        ids = re.findall(r"""\bid=["']([^"']+)""", self.index)
+        self.assertGreater(len(ids), 100)
+        self.assertEqual(len(ids), len(set(ids)))
+        for used in re.findall(r"""href=["']#([^"']+)|url\(#([^)]+)""", self.index):
+            self.assertTrue(set(used) & set(ids), used)
 
     def test_the_index_needs_no_other_file_or_network(self):
-        for word in ("<script", "<link", "src='http", "href='http", "@import", "url("):
-            self.assertNotIn(word, self.index)
+        own = re.sub(r"xmlns(:xlink)?=.http[^ >]*", "", self.index)
+        for word in ("<script", "<link", "http", "@import", "<img"):
+            self.assertFalse(word in own, word)
+        self.assertEqual(set(re.findall(r"url\((.)", own)), {"#"})
+
+    def test_links_lead_somewhere(self):
+        for target in set(re.findall("href='([^'#]+)'", self.index)):
+            self.assertTrue((self.folder.resolve() / target).exists(), target)
+        notes = [note for name in draw.FIGURES for note in draw.chosen(name)[name].NOTES]
+        for note in notes:
+            self.assertIn(f"/{note}.md'>", self.index)
+
+    def test_machine_and_commit_are_said_once_and_in_the_table_of_the_machine(self):
+        for fact in (MACHINE["cpu"], MACHINE["commit"], MACHINE["date"]):
+            self.assertEqual(self.index.count(fact), 2, fact)
+        other = copy.deepcopy(self.reports)
+        other["levelset_slice"]["machine"] = MACHINE | {"commit": "def5678"}
+        self.assertIn("commit abc1234, def5678", draw.stamp(other, other))
+        for name, commit in {"levelset_slice": "def5678", "sph_locks": "abc1234"}.items():
+            section = draw.section(other, name, draw.chosen(name)[name], self.tables[name], "<svg></svg>", "notes")
+            self.assertIn(f"commit {commit}.", section)
+
+    def test_claims_come_first_and_name_their_rows(self):
+        self.assertLess(self.index.index("<section id='claims'>"), self.index.index("<section id='short'>"))
+        rows = self.rows("claims")
+        for row in rows:
+            self.assertIn(row["verdict"], (judge.EXCEEDED, judge.REPRODUCED, judge.NOT))
+            for reference in row["from"].split(","):
+                self.assertIsInstance(self.referred(reference), dict, row)
+        section = self.section(self.index, "claims")
+        for claim in {row["claim"] for row in rows}:
+            self.assertEqual(section.count(f"<td>{html.escape(claim)}</td>"), 1)
+        for name in {row["figure"] for row in rows}:
+            self.assertIn(f"<a href='#{name}'>figure</a>, <a href='{name}.csv'>{name}.csv</a>", section)
+            self.assertIn(f"<code>make figures FIGURE={name}</code>", section)
+
+    def claimed(self, figure, words, of=""):
+        found = [r for r in self.rows("claims") if r["figure"] == figure and words in r["claim"] and of in r["of"]]
+        self.assertEqual(len(found), 1, (figure, words, of))
+        return float(found[0]["found"]), found[0]["verdict"]
+
+    def test_claims_are_judged_by_the_numbers_of_the_reports(self):
+        self.assertEqual(self.claimed("contact_batches", "Reordered", "over serial"), (120 / (20 / 64), "exceeded"))
+        sweeping = self.claimed("fsm_over_fmm", "sweeping 55 times", "serial form")
+        self.assertEqual(sweeping, (100 / (100 / 8), "not reproduced"))
+        self.assertEqual(self.claimed("fsm_over_fmm", "Serially"), (100 / 300, "exceeded"))
+        self.assertEqual(self.claimed("cloth_convergence", "twice the iterations", "rope"), (2.5, "not reproduced"))
+        locks = [r["locks"] for r in self.reports["scale"]["rows"] if r["form"] == "sub_grid" and r["cores"] == 64]
+        self.assertEqual(self.claimed("sph_locks", "almost nothing"), (100 * locks[0], "not reproduced"))
+        serial = [r for r in self.reports["face_modules"]["rows"] if r["variant"] == "serial"]
+        time = self.row("frame_times", application="production face", variant="serial")["ms"]
+        self.assertEqual(time, str(sum(m["ms"] for m in serial[0]["modules"])))
+
+    def test_verdicts(self):
+        for judged, low, met, beyond in (
+            (judge.at_least(35), 34.9, 35, 39),
+            (judge.at_most(1.3), 1.31, 1.3, 1.1),
+            (judge.between(36, 61), 35, 50, 68),
+        ):
+            self.assertEqual([judged(x) for x in (low, met, beyond)], [judge.NOT, judge.REPRODUCED, judge.EXCEEDED])
+        self.assertEqual([judge.within(2)(x) for x in (1, 2, 2.1)], [judge.REPRODUCED, judge.REPRODUCED, judge.NOT])
+        self.assertEqual([judge.more_than(1)(x) for x in (1, 9)], [judge.NOT, judge.REPRODUCED])
+        of = lambda *verdicts: judge.verdict_of([{"verdict": v} for v in verdicts])
+        self.assertEqual(of(judge.NOT, judge.NOT), judge.NOT)
+        self.assertEqual(of(judge.NOT, judge.EXCEEDED), "in part: 1 of 2")
+        self.assertEqual(of(judge.REPRODUCED, judge.EXCEEDED), "reproduced or exceeded")
+
+    def test_numbers_of_the_roofline_stand_apart(self):
+        # A hundred kernels, most of them within a third of a decade of each other, and one that hardly computes.
+        crowded = reports()
+        bench = crowded["bench"]
+        bench["rows"] = [
+            {"kernel": f"fluid/k{k}", "form": "", "scene": "s", "variant": variant, "threads": threads}
+            | {"ms": ms * (1 + 0.9 * math.sin(k)), "spread": 0.1, "bytes": 1e6, "whole_cores": True}
+            | {"flops": 1e6 * (1 + 0.5 * math.cos(7 * k)) * (50 if k % 10 == 0 else 1) * (1e-6 if k == 100 else 1)}
+            | {"from": f"bench.json#{k}"}
+            for k in range(101)
+            for variant, threads, ms in (("serial", 1, 80.0), ("openmp", 1, 10.0), ("openmp", 2, 5.0))
+        ]
+        for k, peak in enumerate(bench["machine"]["peaks"]):
+            peak["from"] = f"bench.json#machine/peaks/{k}"
+        rows = roofline.table(crowded)
+        figure = roofline.draw(rows)
+        self.assertEqual(roofline.below(rows), [101])
+        for axis, threads in zip(figure.axes, (1, 2)):
+            texts = [text for text in axis.texts if text.get_text().isdigit()]
+            self.assertEqual(len(texts), 100)
+            boxes = [text.get_window_extent() for text in texts]
+            for a, b in itertools.combinations(boxes, 2):
+                self.assertFalse(a.x0 < b.x1 and b.x0 < a.x1 and a.y0 < b.y1 and b.y0 < a.y1, (a, b))
+            own = roofline.points(rows, "openmp", threads)
+            for x, y in axis.transData.transform([(r["flops_per_byte"], r["gflop_per_s"]) for r in own]):
+                self.assertFalse(any(box.contains(x, y) for box in boxes))
+        roofline.style.svg_of(figure)
 
     def test_every_row_of_every_csv_names_rows_of_reports(self):
         for name in draw.FIGURES:
@@ -336,7 +459,7 @@ class Figures(unittest.TestCase):
         with drawn(rough) as folder:
             index = (folder / "index.html").read_text()
             for part in index.split("<section ")[:-1]:  # the page's head, and each figure; the machine comes last
-                self.assertIn("QUICK run, rough numbers", part)
+                self.assertTrue("QUICK run, rough numbers" in part, part[:100])
         one = self.reports | {"scale": rough["scale"]}
         self.assertIn(": scale.json.", draw.rough(one, ["bench", "scale"]))
         self.assertEqual(draw.rough(one, ["bench"]), "")
@@ -362,7 +485,7 @@ class Figures(unittest.TestCase):
                 "fsm_over_fmm": 2,  # algorithms
                 "model_validation": 4,  # forms of fluid/step
             }.items():
-                section = index[index.index(f"<section id='{name}'>") :].split("</section>")[0]
+                section = self.section(index, name)
                 self.assertIn(f"Hollow grey: {count} of the measured values", section)
                 flagged = [r for r in rows_in(folder, name) if r["whole_cores"] == "False"]
                 self.assertEqual(len(flagged), count, name)
@@ -380,7 +503,7 @@ class Figures(unittest.TestCase):
         with drawn(only, "sph_locks") as folder:
             self.assertEqual({path.suffix for path in folder.iterdir()}, {".json", ".csv", ".svg", ".html"})
             index = (folder / "index.html").read_text()
-            self.assertEqual(index.count("<section "), 2)  # the figure and the machine
+            self.assertEqual(index.count("<section "), 4)  # claims, the table, the figure and the machine
         self.assertEqual(run_draw(self.folder, "sph_lock").returncode, 2)
 
     def test_each_figure_asks_for_what_it_draws(self):
@@ -411,6 +534,18 @@ class Figures(unittest.TestCase):
         ]
         scale = ["lockstep", "scale", "--kernel", "fluid/step", "--resume", "--json", "f/scale.json"]
         self.assertEqual([[str(word) for word in command] for command in found], [bench, scale])
+
+    def test_kernels_and_forms_are_those_of_the_program(self):
+        program = ROOT / os.environ.get("LOCKSTEP", "build/lockstep")
+        listed = subprocess.run([program, "list", "--json"], capture_output=True, check=True, cwd=ROOT).stdout
+        known = {(row["kernel"], row["form"]) for row in json.loads(listed)["rows"]}
+        drawn_ = {(kernel, form) for _, kernel, form, *_ in scalability.WORKLOADS}
+        drawn_ |= {(kernel, form) for *_, kernel, form, _ in modules.MODULES}
+        for domain in ("fluid", "face", "cloth"):
+            figure = importlib.import_module("production_modules" if domain == "fluid" else f"{domain}_modules")
+            kernels = module_times.kernels_of(f"production_{domain}", figure.MODULES, getattr(figure, "KERNELS", {}))
+            drawn_ |= {(kernel, figure.MODULES[module]) for module, kernel in kernels.items()}
+        self.assertEqual(drawn_ - known, set())
 
     def test_what_is_missing_is_told_in_a_line(self):
         def refused(wrong, expected):

@@ -2,6 +2,7 @@
 
 import math
 
+import judge
 import page
 import source
 import style
@@ -12,6 +13,7 @@ PAPER = (
     "Passes that can run in parallel converge never more than two times slower than the original order. The paper gives"
     " no curves."
 )
+NOTES = ["cloth"]
 REPORTS = {"cloth_convergence": None}
 BOUND = 2
 SERIES = {"original": 3, "chains": 0, "colours": 1, "batches": 2}
@@ -109,6 +111,17 @@ def here(rows):
     if any(r["scene"] == "rope" for r in slower):
         paragraphs.append("Reason on rope: it starts folded, and a fold may last for the whole run (notes/cloth.md).")
     return paragraphs
+
+
+def claims(rows):
+    parts = []
+    for scene in dict.fromkeys(r["scene"] for r in rows):
+        found = [r for (of, _), r in worst(rows).items() if of == scene]
+        r = max(found, key=lambda r: r["times_the_original"])
+        how = f"{r['iterations']} iterations" + (", at least" if r["at_least"] else "")
+        parts.append((f"{scene}, {r['form']}", how, r["times_the_original"], r))
+    words = "Orders that can run in parallel never need more than twice the iterations of the original order"
+    return judge.claim("[LRB08] on Figure 11", words, f"at most {BOUND}x", judge.within(BOUND), parts, "x")
 
 
 def details(rows):

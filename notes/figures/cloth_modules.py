@@ -21,11 +21,12 @@ MODULES = {
     "collide_bodies": "",
     "ccd": "",
     "impulses": "batches",
-    "zones": "",
+    "zones": "rigid",
     "move": None,
 }
 KERNELS = {"search": "pairs"}  # where a module's name is not its kernel's; refitting boxes is a hundredth of the search
 SCALED_ON = "ball_92k"
+NOTES = ["production_cloth", "scaling"]
 REPORTS = module_times.reports("cloth_modules", "production_cloth", MODULES, KERNELS)
 
 
@@ -49,6 +50,10 @@ def here(rows):
         f" frame would take 1/{module_times.of_frame(rows):.1f} of the time of one core, and {module} would take"
         f" {share:.0%} of that. The papers' time is of another machine and another scene.",
     ]
+
+
+def claims(rows):
+    return module_times.claims(rows, "cloth", PAPER_AT_64)
 
 
 def details(rows):

@@ -1,5 +1,6 @@
 """The contact solver with and without contacts reordered into batches, and how large the batches are."""
 
+import judge
 import page
 import source
 import style
@@ -10,6 +11,7 @@ PAPER = (
     "With contacts in their original order the solver is at most 4 times faster on 64 cores than serial; reordered into"
     " batches without conflicts, 35 times, with the time to reorder. Simulated; the paper does not mention lanes."
 )
+NOTES = ["batches", "contact_solver"]
 REPORTS = {"contact_batches": None}
 PAPER_AT_64 = {"original": 4, "batches": 35}
 SERIES = {"original": 1, "batches": 0}
@@ -90,6 +92,22 @@ def here(rows):
     return paragraphs
 
 
+def claims(rows):
+    claimed = {
+        "original": "In their original order, contacts let 64 cores be 4 times as fast as serial",
+        "batches": "Reordered into batches without conflicts, 35 times, with the time to reorder",
+    }
+    measures = {"over_serial": "over serial", "over_one_core": "over one core, so by threads alone"}
+    found = []
+    for form, words in claimed.items():
+        asked, parts = PAPER_AT_64[form], []
+        for scene in scenes_of(rows):
+            r = source.at_most_cores(rows, scene=scene, form=form)
+            parts += [(f"{scene}, {of}", source.told(r), r[column], r) for column, of in measures.items()]
+        found += judge.claim("[ITJ07] Figure 5", words, f"{asked}x", judge.at_least(asked), parts, "x")
+    return found
+
+
 def draw(rows):
     scenes = scenes_of(rows)
     figure, axes = style.panels(3, len(scenes), max(2.7, 7 / len(scenes)), 2.4)
@@ -110,6 +128,7 @@ def draw(rows):
         sizes.bar(*zip(*batches), width=1, color=style.COLOURS[0], edgecolor="white", linewidth=0.4)
         sizes.axhline(16, linestyle="--", **style.BOUND)
         style.log_y(sizes, "")
+        sizes.xaxis.set_major_locator(style.MaxNLocator(integer=True))
         sizes.set_xlabel("batch")
         over_serial.set_title(scene)
     for axis, label in zip(axes[:, 0], ("speed-up over serial", "speed-up over one core", "contacts in the batch")):
@@ -117,5 +136,5 @@ def draw(rows):
     names = {"batches": "batches, with the time to make them", "original": "original order"}
     keys = [style.series_key(SERIES[form], words) for form, words in names.items()]
     keys += [*style.kinds_key(), *style.disturbed_key(rows), style.paper_key(), style.ideal_key()]
-    style.key_below(figure, keys)
+    style.key_below(figure, keys, 4)
     return figure

@@ -6,6 +6,7 @@ import style
 TITLE = "Level set: a slice of spheres and box at 128^3"
 PAPER_FIGURE = "[ITJ07] Figures 6 to 8"
 PAPER = "The methods, as drawings; there is no field to compare with."
+NOTES = ["levelset"]
 REPORTS = {"levelset_slice": None}
 SCENE = "spheres_and_box_128_full"
 

@@ -9,6 +9,7 @@ import style
 TITLE = "The scaling model against measurements"
 PAPER_FIGURE = "none"
 PAPER = "The papers show no such comparison of their simulator."
+NOTES = ["scaling"]
 REPORTS = {"scale": None}
 BAND = 0.1
 
@@ -96,7 +97,7 @@ def details(rows):
 def draw(rows):
     widest = max(max(1 + r["off_by"], 1 / (1 + r["off_by"])) for r in rows)
     kernels = list(dict.fromkeys(r["kernel"] for r in rows))
-    figure, [[axis]] = style.panels(1, 1, 8.5, 1.2 + 0.2 * len(kernels))
+    figure, [[axis]] = style.panels(1, 1, 11, 1.2 + 0.2 * len(kernels))
     axis.axvspan(1 - BAND, 1 + BAND, color="#dddddd", zorder=0)
     axis.axvline(1, **style.BOUND)
     for series, cores in enumerate(sorted({1, most(rows)})):

@@ -5,6 +5,7 @@ kernel of its own; FORM of the step; SCALED_ON, the scene that kernels are model
 KERNELS, of modules whose kernels have other names.
 """
 
+import judge
 import page
 import source
 import style
@@ -78,6 +79,14 @@ def in_short(rows, paper, scene):
     }
 
 
+def claims(rows, application, paper_at_64):
+    """What the paper says of all modules together, as one number."""
+    every = {"from": source.references(*rows)}
+    parts = [("all modules together", f"modelled, {rows[0]['cores']} cores", of_frame(rows), every)]
+    words = f"On 64 cores a frame of the production {application} takes 1/{paper_at_64} of the time of one"
+    return judge.claim("[ISCA07]", words, f"{paper_at_64}x", judge.at_least(paper_at_64), parts, "x")
+
+
 def details(rows):
     threads, cores = page.threads(rows[0]["threads"]), rows[0]["cores"]
     header = ["module", "serial, ms", "one thread, ms", f"{threads}, ms", "lanes", "threads"]
@@ -102,9 +111,7 @@ def draw(rows, paper_at_64):
     ]
     for (label, column, shift), colour in zip(columns, style.COLOURS):
         left.barh([p - shift for p in places], [r[column] for r in rows], height=0.25, color=colour, label=label)
-    left.set_xscale("log")
-    left.set_xlabel("ms a frame, measured")
-    left.legend(loc="best")
+    style.log_x(left, "ms a frame, measured", style.few_ticks(r[c] for r in rows for _, c, _ in columns))
     look = {"facecolor": "white", "edgecolor": style.COLOURS[2], "hatch": "///", "linestyle": "--"}
     right.barh(places, [r["modelled_speed_up"] for r in rows], height=0.65, **look)
     for place, r in zip(places, rows):
@@ -112,9 +119,9 @@ def draw(rows, paper_at_64):
     right.axvline(paper_at_64, color=style.GREY, linestyle=":", label="paper: all modules together")
     right.set_xlim(0, 1.15 * max(paper_at_64, *(r["modelled_speed_up"] for r in rows)))
     right.set_xlabel(f"gain of {rows[0]['cores']} cores, modelled")
-    right.legend(loc="center right")
     for axis in (left, right):
         axis.grid(axis="y", visible=False)
     left.set_yticks(places, [r["module"] for r in rows])
     left.invert_yaxis()
+    style.key_below(figure, [h for axis in (left, right) for h in axis.get_legend_handles_labels()[0]])
     return figure

@@ -1,5 +1,6 @@
 """The nine modules of game physics: what lanes and threads give to each, in numbers."""
 
+import judge
 import page
 import source
 import style
@@ -51,6 +52,7 @@ MODULES = [
 ]
 
 
+NOTES = ["fluid", "cloth", "broad_phase", "narrow_phase", "contact_solver"]
 REPORTS = {"bench": [kernel for *_, kernel, _, _ in MODULES], "scale": [kernel for *_, kernel, _, _ in MODULES]}
 
 
@@ -113,6 +115,26 @@ def here(rows):
         " constraint, a pair still iterated on, a candidate to test, whether near or not"
         + (f", counted for {len(known)} of the {len(rows)} rows." if known else "; these reports do not hold it.")
     ]
+
+
+def claims(rows):
+    threads = f"measured, {page.threads(rows[0]['threads'])}"
+    gains = {
+        "simd_gain": ("lanes", "measured, 1 thread over serial"),
+        "threads_measured": ("threads", threads + " over 1"),
+    }
+    found = []
+    for column, (what, how) in gains.items():
+        parts = [(r["module"], how, r[column], r) for r in rows]
+        words = f"Each of the nine modules of games takes to {what}"
+        found += judge.claim("[LRB08] Figure 7", words, "above 1x", judge.more_than(1), parts, "x")
+    parts = [
+        (r["module"], "counted", 100 * r["lane_use"], r)
+        for r in rows
+        if r["module"] in ("Box-box", "GJK") and r["lane_use"] is not None
+    ]
+    words = "Masks leave most lanes in use in the narrow phase, as the broad phase has sorted out what is apart"
+    return found + judge.claim("[LRB08] on Figure 10", words, "above 50 %", judge.more_than(50), parts, "%")
 
 
 def details(rows):

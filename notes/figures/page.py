@@ -1,6 +1,7 @@
 """Small pieces of HTML, and how numbers are written."""
 
 import html
+import re
 
 
 def link(target, text):
@@ -17,14 +18,24 @@ def table(header, rows, marked=()):
         )
 
     body = "".join(f"<tr{' class=off' if i in marked else ''}>{line('td', row)}</tr>\n" for i, row in enumerate(rows))
-    return f"<table><thead><tr>{line('th', header)}</tr></thead>\n<tbody>\n{body}</tbody></table>\n"
+    head = f"<thead><tr>{line('th', header)}</tr></thead>\n"
+    return f"<div class='scroll'><table>{head}<tbody>\n{body}</tbody></table></div>\n"
+
+
+def inline(svg, name):
+    """An SVG file of matplotlib as a part of a page. Its ids begin with `name`, so that no two figures share one."""
+    text = svg[svg.index("<svg") :]
+    text = re.sub("<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    text = re.sub(' id="', f' id="{name}-', text)
+    return re.sub('(href="#|url\\(#)', rf"\1{name}-", text)
 
 
 def number(value, unit=""):
     """Three digits; a dash for None."""
     if value is None:
         return "–"
-    return (f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}") + (f" {unit}" if unit else "")
+    digits = f"{value:,.0f}" if abs(value) >= 100 else f"{value:.3g}"
+    return digits + unit if unit in ("", "x") else f"{digits} {unit}"
 
 
 def plain(value, _):

@@ -32,6 +32,7 @@ MODULES = {
     "extrapolate": "",
 }
 SCALED_ON = ""
+NOTES = ["production_fluid", "scaling"]
 REPORTS = module_times.reports("production_modules", "production_fluid", MODULES)
 
 
@@ -55,6 +56,10 @@ def here(rows):
         f" 1/{module_times.of_frame(rows):.1f} of the time of one core, and {module} would take {share:.0%} of that. The"
         " papers' times are of another machine and another scene.",
     ]
+
+
+def claims(rows):
+    return module_times.claims(rows, "fluid", PAPER_AT_64)
 
 
 def details(rows):

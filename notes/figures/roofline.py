@@ -2,6 +2,7 @@
 
 import math
 
+import numpy
 import page
 import source
 import style
@@ -9,7 +10,9 @@ import style
 TITLE = "Roofline of every kernel"
 PAPER_FIGURE = "none"
 PAPER = "The papers have no such figure; it says what bounds a kernel on this machine."
+NOTES = ["simd", "linear"]
 REPORTS = {"bench": None}
+SPAN = 5000
 
 
 def table(data):
@@ -52,6 +55,17 @@ def domain(r):
 
 def points(rows, variant, threads):
     return [r for r in rows if r["variant"] == variant and r["threads"] == threads and "gflop_per_s" in r]
+
+
+def floor(rows):
+    """Where the picture ends, GFLOP/s. A few kernels compute next to nothing, and would leave half of it empty."""
+    return min(r["fma_gflop_per_s"] for r in rows if r["variant"] == "peak") / SPAN
+
+
+def below(rows):
+    """The numbers that the picture leaves out, as openmp is slower there."""
+    openmp = [r for r in rows if r["variant"] == "openmp" and "gflop_per_s" in r]
+    return sorted({r["number"] for r in openmp if r["gflop_per_s"] < floor(rows)})
 
 
 def without_flops(rows):
@@ -102,6 +116,7 @@ def here(rows):
         f" (its number). Right: openmp on the most threads, {thread_counts(rows)[-1]}. A kernel above the slanted roof"
         " has its data in the caches"
         + (f" ({', '.join(above)} on one thread). " if above else ". ")
+        + (f"Slower than the picture goes: {', '.join(map(str, below(rows)))}. " if below(rows) else "")
         + (f"Kernels without flops are left out: {', '.join(without_flops(rows))}." if without_flops(rows) else "")
     ]
 
@@ -125,25 +140,43 @@ def details(rows):
     return page.table(header, cells)
 
 
-def label(axis, rows, series_of):
-    """Numbers the points: right or left of each, at the lowest height that is free of points and other numbers."""
-    taken = [(math.log10(r["flops_per_byte"]), math.log10(r["gflop_per_s"])) for r in rows]
-    for r, (x, y) in zip(rows, taken[:]):
-        places = [(x + side * 0.13, y + 0.02 * step) for step in range(40) for side in (1, -1)]
-        place = next(p for p in places if not any(abs(p[0] - a) < 0.11 and abs(p[1] - b) < 0.09 for a, b in taken))
-        taken.append(place)
-        look = {
-            "ha": "center",
-            "va": "center",
-            "fontsize": 6.5,
-            "zorder": 5,
-            "color": style.COLOURS[series_of[domain(r)]],
-        }
-        axis.annotate(f"{r['number']}", (10 ** place[0], 10 ** place[1]), path_effects=style.HALO, **look)
+def label(axis, rows, others, series_of):
+    """Numbers the points, each at the nearest place that is free of points, of those of `others` and of other numbers.
+
+    Call it when the axes have their limits and places: what is free is asked in pixels.
+    """
+    point = axis.figure.dpi / 72
+    half = 0.5 * point * style.MARKER_SIZE
+    middles = axis.transData.transform([(r["flops_per_byte"], r["gflop_per_s"]) for r in [*rows, *others]])
+    taken = numpy.hstack([middles - half, middles + half])
+    for r, (x, y) in zip(rows, middles):
+        place = (r["flops_per_byte"], r["gflop_per_s"])
+        look = {"textcoords": "offset points", "color": style.COLOURS[series_of[domain(r)]], "zorder": 5}
+        text = axis.annotate(
+            f"{r['number']}", place, xytext=(0, 0), ha="center", va="center", fontsize=6.5, bbox=style.CLEAR, **look
+        )
+        size = text.get_window_extent()
+        for dx, dy in places():
+            left, low = x + point * dx - size.width / 2, y + point * dy - size.height / 2
+            box = numpy.array([left, low, left + size.width, low + size.height])
+            if not ((box[:2] < taken[:, 2:]) & (taken[:, :2] < box[2:])).all(axis=1).any():
+                break
+        taken = numpy.vstack([taken, box])
+        text.set_position((dx, dy))
+        line = {"arrowstyle": "-", "linewidth": 0.4, "color": look["color"], "shrinkA": 3, "shrinkB": 0}
+        axis.annotate("", place, xytext=(dx, dy), arrowprops=line, **look)
+
+
+def places():
+    """Where a number may stand, relative to its point, in points: the nearest first."""
+    for distance in range(7, 120, 2):
+        for turn in range(max(8, distance)):
+            angle = 2 * math.pi * turn / max(8, distance)
+            yield distance * math.cos(angle), distance * math.sin(angle)
 
 
 def draw(rows):
-    figure, axes = style.panels(1, len(thread_counts(rows)), 5.8, 6, sharex=True, sharey=True)
+    figure, axes = style.panels(1, len(thread_counts(rows)), 6.5, 6.5, sharex=True, sharey=True)
     drawn = [r for r in rows if "gflop_per_s" in r]
     series_of = {name: series for series, name in enumerate(dict.fromkeys(map(domain, drawn)))}
     low, high = (f(r["flops_per_byte"] for r in drawn) for f in (min, max))
@@ -164,13 +197,17 @@ def draw(rows):
                 axis.plot(s["flops_per_byte"], s["gflop_per_s"], color=colour, marker="x", markersize=4)
             spread = None if r["spread"] is None else min(r["spread"], 1.5)
             style.measured(axis, [r["flops_per_byte"]], [r["gflop_per_s"]], series, [spread], [r["whole_cores"]])
-        label(axis, own, series_of)
         style.log_x(axis, "flops / byte")
         axis.set_xlim(reach)
         style.log_y(axis, "GFLOP/s" if threads == 1 else "")
         axis.set_title(roof_words(peak))
     peaks = [r["fma_gflop_per_s"] for r in rows if r["variant"] == "peak"]
-    style.limit_to(axes[0][0], [r["gflop_per_s"] for r in drawn] + peaks, 1.5)
+    shown = [r["gflop_per_s"] for r in drawn if r["gflop_per_s"] >= floor(rows)]
+    style.limit_to(axes[0][0], shown + peaks, 1.5)
     keys = [style.series_key(series, domain) for domain, series in series_of.items()]
-    style.key_below(figure, [*keys, style.serial_key(), *style.disturbed_key(rows)])
+    style.key_below(figure, [*keys, style.serial_key(), *style.disturbed_key(rows)], 5)
+    style.settle(figure)
+    for axis, threads in zip(axes[0], thread_counts(rows)):
+        shown = [r for r in points(rows, "openmp", threads) if r["gflop_per_s"] >= floor(rows)]
+        label(axis, shown, points(rows, "serial", 1) if threads == 1 else [], series_of)
     return figure

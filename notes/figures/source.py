@@ -131,6 +131,17 @@ def most_cores(rows, limit=64):
     return max(r["cores"] for r in rows if r["kind"] == "modelled" and r["cores"] <= limit)
 
 
+def at_most_cores(rows, **wanted):
+    """The row at the most cores, up to what the papers simulate: measured if the machine has so many, else modelled."""
+    most = most_cores(rows)
+    return at(rows, kind="measured", cores=most, **wanted) or at(rows, kind="modelled", cores=most, **wanted)
+
+
+def told(row):
+    """How the number of a row over cores was found, in words."""
+    return f"{row['kind']}, {row['cores']} cores" if row["cores"] > 1 else f"{row['kind']}, 1 core"
+
+
 def most_measured(rows):
     """The most cores that rows of the kind "measured" have."""
     return max(r["cores"] for r in rows if r["kind"] == "measured")

@@ -1,5 +1,6 @@
 """A step of the fluid, by the way in which forms avoid conflicts between threads."""
 
+import judge
 import page
 import source
 import style
@@ -10,6 +11,7 @@ PAPER = (
     "A lock for each grid cell would cost much; sub-grids owned by threads, with locks for cells on their borders"
     " alone, almost entirely amortise it. The paper gives no numbers."
 )
+NOTES = ["fluid", "scaling"]
 REPORTS = {"bench": ["fluid/step"], "scale": ["fluid/step"]}
 FORMS = {
     "owner_gather": "no lock: each particle gathers its own sums",
@@ -64,6 +66,31 @@ def here(rows):
     return [
         *paragraphs,
         f"The paper's claim that locks on borders are almost entirely amortised is not reached: {why}.",
+    ]
+
+
+def claims(rows):
+    borders, cells = (source.at_most_cores(rows, form=form) for form in ("sub_grid", "cell_locks"))
+    most = source.most_cores(rows)
+    locks = source.at(rows, kind="modelled", form="sub_grid", cores=most)
+    both = {"from": source.references(borders, cells)}
+    return [
+        *judge.claim(
+            "[LRB08] on Figure 9",
+            "A lock for every cell costs much more than locks on the borders of sub-grids",
+            "above 1x",
+            judge.more_than(1),
+            [("time with a lock a cell over time without", source.told(cells), cells["ms"] / borders["ms"], both)],
+            "x",
+        ),
+        *judge.claim(
+            "[LRB08] on Figure 9",
+            "Locks on borders cost almost nothing (taken here as a twentieth of the time)",
+            "at most 5 %",
+            judge.within(5),
+            [("share of the cores' time in locks", source.told(locks), 100 * locks["locks"], locks)],
+            "%",
+        ),
     ]
 
 

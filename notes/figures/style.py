@@ -1,8 +1,8 @@
 """The style of all figures. Measured: filled markers, solid lines, bars for the spread. Modelled: hollow markers,
 dashed lines.
 
-Colours are Okabe and Ito's, which colour-blind readers can tell apart; markers and hatches tell series apart without
-colour.
+Colours are Okabe and Ito's, which colour-blind readers can tell apart, and a brown; markers and hatches tell series
+apart without colour.
 """
 
 import io
@@ -14,18 +14,18 @@ matplotlib.use("svg")
 import matplotlib.pyplot as plt  # noqa: E402, after the backend is chosen
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.patheffects import withStroke
-from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
 import page
 
-COLOURS = ["#0072B2", "#D55E00", "#009E73", "#000000", "#CC79A7", "#E69F00", "#56B4E9"]
-MARKERS = ["o", "s", "^", "D", "v", "P", "X"]
+COLOURS = ["#0072B2", "#D55E00", "#009E73", "#000000", "#CC79A7", "#E69F00", "#56B4E9", "#7A5230"]
+MARKERS = ["o", "s", "^", "D", "v", "P", "X", "<"]
 HATCHES = ["", "///", "...", "xxx", "\\\\\\", "++", "oo"]
 SHARE_COLOURS = ["#0072B2", "#E69F00", "#D55E00", "#000000", "#CC79A7", "#999999", "#009E73"]
 PAPER = {"color": "#555555", "marker": "*", "markersize": 11, "linestyle": "none"}
 GREY = "#999999"
-HALO = [withStroke(linewidth=2, foreground="white")]  # of text among marks
+MARKER_SIZE = 5
+CLEAR = {"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 0.6}  # behind text among marks
 BOUND = {"color": "#555555", "linewidth": 0.9}
 DISTURBED = {"markerfacecolor": "white", "markeredgecolor": GREY}  # a point that never had whole cores
 DISTURBED_BAR = {"facecolor": "white", "edgecolor": GREY, "hatch": ""}
@@ -33,6 +33,7 @@ DISTURBED_BAR = {"facecolor": "white", "edgecolor": GREY, "hatch": ""}
 matplotlib.rcParams.update(
     {
         "svg.hashsalt": "lockstep",  # the same file from the same numbers
+        "svg.fonttype": "none",  # text that can be selected and searched
         "font.size": 9,
         "axes.titlesize": 9,
         "axes.labelsize": 9,
@@ -47,7 +48,7 @@ matplotlib.rcParams.update(
         "axes.spines.top": False,
         "axes.spines.right": False,
         "lines.linewidth": 1.3,
-        "lines.markersize": 5,
+        "lines.markersize": MARKER_SIZE,
         "errorbar.capsize": 2.5,
         "hatch.linewidth": 0.6,
     }
@@ -142,6 +143,12 @@ def log_x(axis, label, subs=(1,)):
     axis.set_xlabel(label)
 
 
+def few_ticks(values):
+    """Where a decade has ticks: the fewer decades, the more."""
+    values = [v for v in values if v > 0]
+    return (1, 2, 5) if max(values) < 300 * min(values) else (1,)
+
+
 def ideal(axis, cores, share=1):
     """Every core in full use, or a share of it."""
     axis.plot(cores, [share * c for c in cores], linestyle=":", **BOUND)
@@ -149,7 +156,7 @@ def ideal(axis, cores, share=1):
 
 def beside(axis, text, x, y):
     """Text at the end of a bar."""
-    axis.annotate(text, (x, y), xytext=(4, 0), textcoords="offset points", va="center", fontsize=7.5, path_effects=HALO)
+    axis.annotate(text, (x, y), xytext=(4, 0), textcoords="offset points", va="center", fontsize=7.5, bbox=CLEAR)
 
 
 def series_key(series, label):
@@ -197,8 +204,14 @@ def key_below(figure, handles, columns=None):
     )
 
 
+def settle(figure):
+    """Gives all axes their places, for good: what follows may ask where things are."""
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+
+
 def svg_of(figure):
-    svg = io.BytesIO()
+    svg = io.StringIO()
     figure.savefig(svg, format="svg", metadata={"Date": None}, bbox_inches="tight")
     plt.close(figure)
     return svg.getvalue()

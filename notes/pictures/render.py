@@ -1,6 +1,6 @@
 """Renders README's pictures from frames that `lockstep run` wrote: render.py FRAMES PICTURES
 
-FRAMES holds a folder a scene, as `make pictures` makes them; PICTURES gets NAME.png of each function in `pictures`.
+FRAMES holds a folder a scene, as `make pictures` makes them; PICTURES gets NAME.png of each picture in `pictures`.
 VTK of Debian renders into an X server: without one, xvfb-run gives it one.
 """
 
@@ -163,9 +163,8 @@ def round_surface(points, radius):
     return spheres
 
 
-def castle(frames, path):
+def castle(folder, path):
     """The castle after the shot, bricks by their speed."""
-    folder = frames / "castle_hit"
     bricks, bodies = last(folder), last(folder, "bodies")
     table = colours(0, 20, ("#d9cfbd", "#e0a84e", "#d0603c", "#a8333f", "#6a1a3a"))
     shown = [actor(bricks, table=table, array="speed", cells=True), actor(read(folder / "ground.vtk"), "#f1efeb")]
@@ -181,10 +180,9 @@ def castle(frames, path):
     render(path, shown, eye=(-46, 34, -66), focus=(1, 4, -8), shade=1.2, bars=[bar(table, "speed, m/s", 5)])
 
 
-def dam_break(frames, path):
+def dam_break(folder, path, spacing=0.00234):
     """The dam break as the wave breaks at the far wall, particles by their speed."""
-    folder = frames / "dam_break_100k"
-    water, spacing = last(folder), 0.00234
+    water = last(folder)
     velocity = vtk_to_numpy(water.GetPointData().GetArray("velocity"))
     speed = numpy_to_vtk(np.linalg.norm(velocity, axis=1))
     speed.SetName("speed")
@@ -219,23 +217,26 @@ def smooth(data):
     return normals
 
 
-def garment(frames, path):
-    """The poncho, draped."""
-    folder = frames / "garment"
-    cloth = actor(smooth(last(folder)), "#b23a48")
-    # Obstacles are written as the cloth meets them; without the scene's thickness of 10 mm they lie below it.
-    outside = smooth(read(folder / "obstacles.vtk"))
+def under(path):
+    """Bodies that a game's cloth lies on. They are written as the cloth meets them; without the scene's thickness of
+    10 mm they lie below it."""
+    outside = smooth(read(path))
     outside.Update()
     body = outside.GetOutput()
     points = vtk_to_numpy(body.GetPoints().GetData())
     points -= 0.015 * vtk_to_numpy(body.GetPointData().GetNormals())
-    shoulders = actor(body, "#d8d4cd")
-    render(path, [cloth, shoulders], eye=(1.15, 1.8, 2.65), focus=(0, 1.25, 0), shade=0.12)
+    return actor(body, "#d8d4cd")
 
 
-def level_set(frames, path):
+def garment(folder, path):
+    """The poncho, draped."""
+    cloth = actor(smooth(last(folder)), "#b23a48")
+    render(path, [cloth, under(folder / "obstacles.vtk")], eye=(1.15, 1.8, 2.65), focus=(0, 1.25, 0), shade=0.12)
+
+
+def level_set(folder, path):
     """The surface of the knot, and a slice of the distances about it."""
-    phi = last(frames / "mesh_96")
+    phi = last(folder)
     surface = vtk.vtkContourFilter()
     surface.SetInputData(phi)
     surface.SetValue(0, 0)
@@ -319,18 +320,16 @@ def box_of(x, y, z):
     return edges
 
 
-def falling_drop(frames, path):
+def falling_drop(folder, path):
     """A pool into which a drop has fallen."""
-    folder = frames / "falling_drop"
     phi, spacing = field(max(folder.glob("frame_*.vti")))
     water = shiny(actor(zero_of(phi, spacing), "#3d86c6"))
     drops = spray(folder, 0.3 * spacing, "#3d86c6")
     render(path, [water, drops, box_of(1, 1.5, 1)], eye=(1.62, 1.4, 3.25), focus=(0.5, 0.53, 0.5), shade=0.12)
 
 
-def glass(frames, path):
+def glass(folder, path):
     """Water that is poured into a glass."""
-    folder = frames / "glass_48"
     phi, spacing = field(max(folder.glob("frame_*.vti")))
     solid, _ = field(folder / "obstacles.vti")
     # Within walls the level set goes on; water does not. A gap keeps its surface apart from that of the glass.
@@ -381,40 +380,49 @@ def draped(folder, colour):
     return [actor(smooth(last(folder)), colour), actor(smooth(last(folder, "obstacles")), "#d8d4cd")]
 
 
-def curtain(frames, path):
+def curtain(folder, path):
     """A curtain that a ball pushes through, held at two corners."""
-    shown = draped(frames / "curtain_and_ball_5k", "#b23a48")
+    shown = draped(folder, "#b23a48")
     render(path, shown, eye=(2.3, 1.4, 3.7), focus=(0, 0.78, 0.2), shade=0.12)
 
 
-def cloth_on_ball(frames, path):
+def cloth_on_ball(folder, path):
     """A cloth that has fallen over a ball."""
-    shown = draped(frames / "ball_5k", "#3d6fa8")
+    shown = draped(folder, "#3d6fa8")
     render(path, shown, eye=(0.8, 0.65, 1.3), focus=(0, -0.08, 0), shade=0.1)
 
 
-def twisted_tube(frames, path):
+def twisted_tube(folder, path):
     """A tube whose ends turn opposite ways."""
-    tube = actor(smooth(last(frames / "tube_5k")), "#c98a3a")
+    tube = actor(smooth(last(folder)), "#c98a3a")
     render(path, [tube], eye=(0.35, 0.45, 1.75), focus=(0, 0, 0), shade=0.08)
 
 
-def funnel(frames, path):
+def funnel(folder, path):
     """Three sheets in a funnel of boards, pressed by a ball."""
-    folder = frames / "funnel"
     sheets = actor(smooth(last(folder)), "#6a8f4e")
     bodies = actor(last(folder, "obstacles"), "#cfc8ba")
     bodies.GetProperty().SetOpacity(0.35)
     render(path, [sheets, bodies], eye=(0.7, 1.1, 1.3), focus=(0, 0.15, 0), shade=0.08)
 
 
+# The scene whose frames each picture is of; faces are of several.
 pictures = {
-    shown.__name__: shown
-    for shown in (castle, dam_break, garment, level_set, falling_drop, glass, faces)
-    + (curtain, cloth_on_ball, twisted_tube, funnel)
+    castle: "castle_hit",
+    dam_break: "dam_break_100k",
+    garment: "garment",
+    level_set: "mesh_96",
+    falling_drop: "falling_drop",
+    glass: "glass_48",
+    faces: "",
+    curtain: "curtain_and_ball_5k",
+    cloth_on_ball: "ball_5k",
+    twisted_tube: "tube_5k",
+    funnel: "funnel",
 }
 
 if __name__ == "__main__":
     frames, folder = map(pathlib.Path, sys.argv[1:3])
-    for name in sys.argv[3:] or pictures:
-        pictures[name](frames, folder / f"{name}.png")
+    for picture, scene in pictures.items():
+        if picture.__name__ in (sys.argv[3:] or [picture.__name__]):
+            picture(frames / scene, folder / f"{picture.__name__}.png")
