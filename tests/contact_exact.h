@@ -106,9 +106,10 @@ inline System assemble(const SolverSettings& settings, const Problem<double>& p)
 // n.v). This is n.v + s k / (d + h k) + p / (h (d + h k)) = 0.
 inline Wanted soft(const SolverSettings& settings, const System& s) {
   const double h = settings.time_step / settings.substeps, w = 2 * std::numbers::pi * std::min(settings.hertz, .25 / h);
+  const double z = std::max(settings.damping, 13.4 * h * w);
   Wanted wanted{VectorXd::Zero(s.points()), VectorXd::Zero(s.points())};
   for (int i = 0; i < s.points(); ++i) {
-    const double mass = s.row_mass(3 * i), k = mass * w * w, d = 2 * mass * settings.damping * w;
+    const double mass = s.row_mass(3 * i), k = mass * w * w, d = 2 * mass * z * w;
     if (s.separation(i) > 0) {
       wanted.target(i) = s.separation(i) / h;
     } else {

@@ -150,7 +150,7 @@ TEST(ContactPhysics, APenetrationIsPushedOutAndLeavesNoSpeed) {
     for (const double depth : {.0002, .01, 1.}) {
       const SolverSettings settings{.time_step = .01, .gravity = {0, 0, 0}, .substeps = substeps};
       const double h = settings.time_step / substeps, w = 2 * std::numbers::pi * std::min(settings.hertz, .25 / h),
-                   z = settings.damping;
+                   z = std::max(settings.damping, 13.4 * h * w);
       double deep = depth;
       for (int i = 0; i < substeps; ++i) {
         const double soft = h * w * (2 * z + h * w);
@@ -162,6 +162,40 @@ TEST(ContactPhysics, APenetrationIsPushedOutAndLeavesNoSpeed) {
       EXPECT_NEAR(p.moving[1].velocity.y, (depth - deep) / settings.time_step,
                   bound + 16 * u * depth / settings.time_step);
       EXPECT_NEAR(p.bodies.motion[1].velocity.y, 0, bound);
+    }
+}
+
+// However long a substep is, a soft contact asks back no more than 1 / 27.8 of its depth in it; in short ones it asks
+// back h w / (2 z + h w), as its damping ratio z says.
+TEST(ContactPhysics, ASubstepAsksBackABoundedShareOfADepth) {
+  for (const double hertz : {10., 60., 1000.})
+    for (const double damping : {0., 1., 10., 100.})
+      for (int substeps = 1; substeps <= 64; ++substeps) {
+        const SolverSettings settings{
+            .time_step = 1 / 60., .gravity = {0, -g, 0}, .substeps = substeps, .hertz = hertz, .damping = damping};
+        const Substep<double> substep = substep_of<double>(settings);
+        const double share = substep.h * substep.biased.soft.rate,
+                     turn = 2 * std::numbers::pi * std::min(hertz * substep.h, .25),
+                     asked = turn / (2 * damping + turn);
+        EXPECT_NEAR(share, std::min(asked, 1 / 27.8), 16 * u) << hertz << ' ' << damping << ' ' << substeps;
+        EXPECT_EQ(substep.relax.soft.rate, 0);
+      }
+}
+
+// A ball lies on the ground as deep as a spring of the contact's frequency bears it, g / w^2, however long a substep is
+// and whatever the damping.
+TEST(ContactPhysics, DepthAtRestIsThatOfTheSpringAlone) {
+  for (const double damping : {1., 10., 40.})
+    for (const int substeps : {3, 4, 6, 10}) {
+      const SolverSettings settings{.time_step = .01, .gravity = {0, -g, 0}, .substeps = substeps, .damping = damping};
+      const double w = 2 * std::numbers::pi * settings.hertz;
+      Problem<double> p = ball(0, 0);
+      // A substep leaves 1 - f of an error, f = h w / (2 z + h w) >= 4.7 h / s. Six seconds leave e^-28 of it.
+      for (int step = 0; step < 600; ++step) {
+        solve_original(settings, p);
+        p.manifolds[0].point[0].separation += settings.time_step * p.moving[1].velocity.y;
+      }
+      EXPECT_NEAR(-p.manifolds[0].point[0].separation, g / (w * w), 1e-9 * g / (w * w)) << damping << ' ' << substeps;
     }
 }
 

@@ -134,6 +134,14 @@ inline Softness<double> soft_contact(double hertz, double damping, double h) {
   return {omega / a, b / (1 + b), 1 / (1 + b)};
 }
 
+// The damping ratio of soft contacts of a frequency, Hz, in substeps of h, s: the one asked for, or more where substeps
+// are long. A soft contact asks back the share f = h rate = h w / (2 z + h w) of its depth in one substep, w = 2 pi
+// hertz. z >= 13.4 h w keeps f <= 1 / 27.8 = .036, whatever h. Bodies at rest lie as deep: the depth does not depend on
+// z (notes/contact_solver.md, "How fast depth is asked back").
+inline double damping_ratio(double hertz, double asked, double h) {
+  return std::max(asked, 13.4 * h * 6.283185307179586 * hertz);
+}
+
 // Parameters of a sweep over all normals.
 template <class T>
 struct Sweep {
@@ -254,7 +262,8 @@ struct Substep {
 template <class Real>
 inline Substep<Real> substep_of(const SolverSettings& settings) {
   const double h = settings.time_step / settings.substeps;
-  const auto [rate, mass, impulse] = soft_contact(std::min(settings.hertz, .25 / h), settings.damping, h);
+  const double hertz = std::min(settings.hertz, .25 / h), damping = damping_ratio(hertz, settings.damping, h);
+  const auto [rate, mass, impulse] = soft_contact(hertz, damping, h);
   const auto real = [](double x) { return static_cast<Real>(x); };
   const Real per_step = real(1 / h), max_bias_velocity = real(settings.max_bias_velocity);
   const Vector3<double> gravity_dv = h * settings.gravity;

@@ -53,7 +53,8 @@ struct SolverSettings {
   Vector3<double> gravity;  // m/s^2
   int substeps = 10;
   int biased_sweeps = 1, relax_sweeps = 1;  // a substep
-  double hertz = 60, damping = 10;          // Hz, of a contact as a spring, at most 1 / (4 h); damping ratio
+  double hertz = 60, damping = 10;          // of a contact as a spring: Hz, at most 1 / (4 h); its damping ratio, at
+                                            // least 13.4 * 2 pi hertz h
   double max_bias_velocity = 3;             // m/s: the fastest that penetrating bodies are pushed apart
   double bounce_from = 1;                   // m/s: slower approaches do not bounce
 };
