@@ -396,7 +396,7 @@ class Figures(unittest.TestCase):
         self.assertEqual(set(together), set(self.reports))
         self.assertIsNone(together["bench"])  # the roofline shows every kernel
 
-        options = argparse.Namespace(threads="1,2", quick=False, resume=True)
+        options = argparse.Namespace(threads="1,2", shard="2/3", quick=False, resume=True)
         found = measure.commands("lockstep", pathlib.Path("f"), measure.needed(draw.chosen("sph_locks")), options)
         bench = [
             "lockstep",
@@ -406,10 +406,12 @@ class Figures(unittest.TestCase):
             "--threads",
             "1,2",
             "--resume",
+            "--shard",
+            "2/3",
             "--json",
             "f/bench.json",
         ]
-        scale = ["lockstep", "scale", "--kernel", "fluid/step", "--resume", "--json", "f/scale.json"]
+        scale = ["lockstep", "scale", "--kernel", "fluid/step", "--resume", "--shard", "2/3", "--json", "f/scale.json"]
         self.assertEqual([[str(word) for word in command] for command in found], [bench, scale])
 
     def test_what_is_missing_is_told_in_a_line(self):

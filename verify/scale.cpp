@@ -157,14 +157,14 @@ nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int
 
 int scale(const ScaleOptions& options) {
   const std::vector<Selected> selected = select(options, Purpose::bench);
-  Report report(options.json, options.quick, options.resume);
+  Report report(options);
   report.on["busy_cores"] = busy_cores();
   Model model = measure_model();
   const std::size_t counts = options.cores.size();
   // [selected, cores]; empty until measured
   std::vector<nlohmann::ordered_json> rows(selected.size() * counts, nlohmann::ordered_json::object());
   const auto named = [&](std::size_t row) {
-    const auto& [kernel, scene_path] = selected[row / counts];
+    const auto& [kernel, scene_path, place] = selected[row / counts];
     return nlohmann::ordered_json{
         {"kernel", kernel.name}, {"form", kernel.form}, {"scene", std::filesystem::path(scene_path).stem().string()}};
   };
@@ -182,7 +182,7 @@ int scale(const ScaleOptions& options) {
   for (int pass = 0; pass < passes; ++pass) {
     if (pass > 0) model = less_disturbed(model, measure_model());
     for (std::size_t k = 0; k < selected.size(); ++k) {
-      const auto& [kernel, scene_path] = selected[k];
+      const auto& [kernel, scene_path, place] = selected[k];
       // Passes that a row has: all, or one beyond the machine's cores, where nothing is timed.
       const auto lacks = [&](std::size_t c) {
         const int wanted = options.cores[c] > omp_get_num_procs() ? 1 : pass + 1;
@@ -205,6 +205,7 @@ int scale(const ScaleOptions& options) {
         const int before = kept.value("passes", 0);
         kept = kept.empty() ? row : less_disturbed(kept, row);
         kept["passes"] = before + 1;
+        report.put_place(kept, place);
         report.keep(all_rows());
       }
     }
