@@ -32,6 +32,7 @@
 #include "verify/rigid/run.h"
 #include "verify/rows_of.h"
 #include "verify/scale.h"
+#include "verify/sensitivity.h"
 
 namespace lockstep::verify {
 namespace {
@@ -284,7 +285,7 @@ struct Figure {
 constexpr Figure all_figures[] = {{"cloth_convergence", cloth_convergence},   {"levelset_blocks", levelset_blocks},
                                   {"levelset_slice", levelset_slice},         {"contact_batches", contact_batches},
                                   {"production_modules", production_modules}, {"face_modules", face_modules},
-                                  {"cloth_modules", cloth_modules}};
+                                  {"cloth_modules", cloth_modules},           {"sensitivity", sensitivity}};
 
 }  // namespace
 

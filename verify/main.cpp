@@ -5,7 +5,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <map>
 #include <new>
 #include <string>
 #include <string_view>
@@ -54,9 +56,35 @@ void add_quick(CLI::App* command, bool& quick) {
   command->add_flag("--quick", quick, "fewer repeats and sizes, to see that it works");
 }
 
+// What the model knows of a machine, given instead of measured here: by its name in reports, in whose unit it is
+// multiplied.
+void add_costs(CLI::App* command, std::map<std::string, double>& given) {
+  struct Cost {
+    const char *option, *name;
+    double unit;
+    const char* meaning;
+  };
+  for (const Cost& cost :
+       {Cost{"--fork-join-us", "fork_join_2_ns", 1e3, "an empty region of two threads; P cores: log2 P times as much"},
+        Cost{"--barrier-us", "barrier_2_ns", 1e3, "a barrier of two threads; P cores: log2 P times as much"},
+        Cost{"--lock-us", "lock_moved_ns", 1e3, "a lock that another core had last, beyond one's own"},
+        Cost{"--dispatch-us", "dispatch_moved_ns", 1e3, "fetching a chunk of a loop after another core"},
+        Cost{"--memory-gb-per-s", "memory_gb_per_s", 1, "what all cores together draw from memory"},
+        Cost{"--last-level-cache-mb", "last_level_cache_bytes", 1e6,
+             "of all last-level caches; what fits is not bound"}})
+    command->add_option_function<double>(
+        cost.option,
+        [&given, cost](double value) {
+          if (!(value > 0) || std::isinf(value)) throw CLI::ValidationError(cost.option, "expected a number above 0");
+          given[cost.name] = value * cost.unit;
+        },
+        std::string("another machine's instead of this one's: ") + cost.meaning);
+}
+
 void add_shard(CLI::App* command, std::string& shard) {
-  command->add_option("--shard", shard,
-                      "only this share of the cases, such as 2/3, the second of three; `merge` makes one report of all");
+  command->add_option(
+      "--shard", shard,
+      "only this share of the cases, such as 2/3, the second of three; `merge` makes one report of all");
 }
 
 // The command in words, its options in the program's order, without those that change no row.
@@ -68,7 +96,7 @@ std::string in_words(const CLI::App& command) {
     words += ' ' + name;
     if (option->get_items_expected_max() == 0) continue;  // a flag
     std::vector<std::string> values = option->results();
-    if (name == "--threads") std::ranges::replace(values, std::to_string(all_threads), "all");
+    if (name == "--threads") std::ranges::replace(values, std::to_string(all_threads), std::string("all"));
     words += ' ' + joined(values, ",");
   }
   return words;
@@ -129,6 +157,7 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->check(CLI::Range(1, max_threads));
   add_quick(scale_command, scale_options.quick);
+  add_costs(scale_command, scale_options.given);
   add_resume(scale_command, scale_options.resume)->needs("--json");
   add_shard(scale_command, shard);
 
@@ -176,7 +205,8 @@ int main(int argc, char** argv) {
   compare_command->add_option("new", compare_options.after, "another one")->required();
 
   MergeOptions merge_options;
-  CLI::App* merge_command = app.add_subcommand("merge", "make one report of those of all shards (--shard) of a command");
+  CLI::App* merge_command =
+      app.add_subcommand("merge", "make one report of those of all shards (--shard) of a command");
   merge_command->add_option("reports", merge_options.reports, "their JSON files, in any order")->required();
   merge_command->add_option("--out", merge_options.out, "the file for the whole report")->required();
 
@@ -202,8 +232,9 @@ int main(int argc, char** argv) {
   try {
     for (std::string* scene : {&run_options.scene, &endure_options.scene})
       if (!scene->empty()) *scene = scene_file(*scene);
-    for (ReportOptions* each : {static_cast<ReportOptions*>(&options), static_cast<ReportOptions*>(&scale_options),
-                                static_cast<ReportOptions*>(&endure_options), static_cast<ReportOptions*>(&figure_options)}) {
+    for (ReportOptions* each :
+         {static_cast<ReportOptions*>(&options), static_cast<ReportOptions*>(&scale_options),
+          static_cast<ReportOptions*>(&endure_options), static_cast<ReportOptions*>(&figure_options)}) {
       each->command = in_words(*app.get_subcommands().front());
       if (!shard.empty()) each->shard = shard_of(shard);
     }

@@ -1,6 +1,7 @@
 // The command line's options, for each subcommand.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,7 +29,8 @@ struct Options : ReportOptions {
 };
 
 struct ScaleOptions : Options {
-  std::vector<int> cores;  // numbers of cores
+  std::vector<int> cores;               // numbers of cores
+  std::map<std::string, double> given;  // costs of another machine, by their names in the report
 };
 
 struct RunOptions {

@@ -79,7 +79,8 @@ nlohmann::ordered_json machine() {
   };
 }
 
-Report::Report(const ReportOptions& options) : options_(options) {
+Report::Report(const ReportOptions& options, const nlohmann::ordered_json& more) : options_(options) {
+  on.update(more);
   const std::string& path = options_.json;
   if (path.empty()) return;
   if (options_.resume) read_earlier();

@@ -20,11 +20,12 @@ inline constexpr int schema = 1;
 // keeps what it has; it is `complete` once the run finished. Each version is written whole or not at all. Does nothing
 // if the path is empty. The functions throw InputError if the file cannot be written.
 // quick: whether the rows are rough.
+// more: what else of the machine rows depend on; added to `on`.
 // resume: whether to go on from the rows of a file that is there. Throws InputError if they were not made by the same
 // commit on the same machine with the same settings, or are rough where these are not, or are of another shard.
 class Report {
  public:
-  explicit Report(const ReportOptions& options);
+  explicit Report(const ReportOptions& options, const nlohmann::ordered_json& more = nlohmann::ordered_json::object());
   void keep(const nlohmann::ordered_json& rows);    // writes at most once a second
   void finish(const nlohmann::ordered_json& rows);  // writes
 

@@ -36,6 +36,7 @@ FIGURES = [
     "sph_locks",
     "roofline",
     "levelset_slice",
+    "sensitivity",
     "model_validation",
 ]
 
