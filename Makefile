@@ -62,7 +62,7 @@ $(untimed): level = -O1
 # The linker keeps the first copy of an inline function, so those at -O1 come last.
 in_order = $(filter-out $(untimed),$^) $(filter $(untimed),$^)
 
-.PHONY: all deps list verify test bench figures pictures run view diff mutants tsan tsan-build sanitize determinism portable fuzz endure extremes clean help
+.PHONY: all deps list verify test bench figures pictures run view diff mutants tsan tsan-build sanitize determinism nightly portable fuzz endure extremes clean help
 .DELETE_ON_ERROR:
 
 all: build/lockstep  ## build everything, with the best ISA of this machine (ISA=avx512|avx2|portable)
@@ -84,6 +84,7 @@ test: $(BUILD)/unit_tests build/lockstep  ## unit, property and fault tests
 	$(PYTHON) tests/figures_test.py
 	$(PYTHON) tests/frames_test.py
 	$(PYTHON) tests/shards_test.py
+	LOCKSTEP=build/lockstep $(PYTHON) -B tests/nightly_test.py
 	$(PYTHON) tests/view_test.py
 	LOCKSTEP=build/lockstep $(BUILD)/unit_tests --gtest_brief=1
 
@@ -133,7 +134,7 @@ tsan-build:
 build/tsan/racy: $(kernel) $(BUILD)/tests/tsan/racy.o
 	@echo "link $@" && $(CXX) $(FLAGS) $^ $(LIBS) -o $@
 
-tsan: tsan-build  ## run every kernel under clang's thread sanitizer, and a racy twin that it must flag (KERNEL= QUICK=1)
+tsan: tsan-build  ## run every kernel under clang's thread sanitizer, and a racy twin that it must flag (KERNEL= QUICK=1 THREADS=2,4)
 	QUICK=$(QUICK) verify/tsan.sh $(KERNEL)
 
 sanitize:  ## run the tests under the address and undefined-behaviour sanitizers
@@ -147,6 +148,9 @@ determinism: build/lockstep  ## expect the same bits at 1, 2, 3, 4, 8 threads, w
 	$(PYTHON) verify/same_bits.py build/determinism_*.json
 
 determinism_scenes = 'import json, sys; print(*[scene for domain in json.load(sys.stdin)["domains"] for scene in domain["determinism"]])'
+
+nightly: build/lockstep tsan-build  ## verify, determinism and tsan on 64 threads and large scenes, which takes hours (KERNEL= THREADS=)
+	$(PYTHON) verify/nightly.py build/lockstep $(if $(KERNEL),--kernel '$(KERNEL)') $(if $(THREADS),--threads $(THREADS))
 
 portable: build/lockstep  ## verify with AVX2, with portable lanes, and built by clang: expect the same bits as here
 	build/lockstep verify --threads 1,2 --json build/portable_here.json

@@ -19,7 +19,7 @@ struct Looked {
   const char *kernel, *form, *scene, *quick_scene;
 };
 constexpr Looked all[] = {
-    {"rigid/step", "batches", "castle_hit", "pyramid_24"},
+    {"rigid/step", "batches", "castle_hit", "castle"},
     {"fluid/step", "pair_lists", "dam_break_100k", "dam_break_5k"},
     {"cloth/step", "colours", "flag_128", "flag_33"},
     {"levelset/fast_sweeping", "sweeps", "spheres_and_box_256_full", "spheres_and_box_128_full"},
