@@ -1,7 +1,7 @@
 # All commands of the project; `make help` lists them.
 
 # A variable that no command knows is a mistake, such as threads=2 or KERNELS=fluid.
-variables := KERNEL FORM SCENE THREADS VARIANT FRAMES OUT RESUME FORCE QUICK FULL SOME SECONDS TARGET STEPS WIDTH FIGURE \
+variables := KERNEL FORM SCENE THREADS VARIANT FRAMES OUT RESUME FORCE QUICK FULL SOME SHARD SECONDS TARGET STEPS WIDTH FIGURE \
   FAILED ISA BUILD CXX FLAGS LIBS PYTHON
 # Words of a value, such as those of FLAGS, stand beside the names; they begin with a dash.
 given := $(foreach word,$(filter-out -%,$(MAKEOVERRIDES)),$(if $(findstring =,$(word)),$(firstword $(subst =, ,$(word)))))
@@ -62,7 +62,7 @@ $(untimed): level = -O1
 # The linker keeps the first copy of an inline function, so those at -O1 come last.
 in_order = $(filter-out $(untimed),$^) $(filter $(untimed),$^)
 
-.PHONY: all deps list verify test bench figures pictures gallery run view diff mutants tsan tsan-build sanitize determinism portable fuzz endure extremes clean help
+.PHONY: all deps list verify test bench figures pictures gallery run view diff mutants tsan tsan-build sanitize determinism nightly portable fuzz endure extremes clean help
 .DELETE_ON_ERROR:
 
 all: build/lockstep  ## build everything, with the best ISA of this machine (ISA=avx512|avx2|portable)
@@ -77,25 +77,27 @@ deps:  ## install the Debian packages it needs (by sudo, if you are not root)
 list: build/lockstep  ## print every kernel, its forms and their scenes
 	build/lockstep list
 
-verify: build/lockstep  ## compare every kernel with its serial twin (KERNEL= FORM= SCENE= THREADS=1,2,3 FULL=1 FAILED=1: print only failures); build/verify.json
-	build/lockstep verify $(selection) $(if $(FULL),--full) $(if $(FAILED),--failed) --json build/verify.json
+verify: build/lockstep  ## compare every kernel with its serial twin (KERNEL= FORM= SCENE= THREADS=1,2,3 FULL=1 SHARD=1/2: a share, FAILED=1: print only failures); build/verify.json
+	build/lockstep verify $(selection) $(if $(FULL),--full) $(if $(FAILED),--failed) $(shard) --json build/verify$(of_shard).json
 
 test: $(BUILD)/unit_tests build/lockstep  ## unit, property and fault tests
 	$(PYTHON) tests/notes_test.py
 	$(PYTHON) tests/figures_test.py
 	$(PYTHON) tests/frames_test.py
+	$(PYTHON) tests/shards_test.py
+	LOCKSTEP=build/lockstep $(PYTHON) -B tests/nightly_test.py
 	$(PYTHON) tests/view_test.py
 	xvfb-run -a $(PYTHON) tests/gallery_test.py
 	LOCKSTEP=build/lockstep $(BUILD)/unit_tests --gtest_brief=1
 
-bench: build/lockstep  ## time every kernel (KERNEL= FORM= SCENE= THREADS=all QUICK=1: rough, RESUME=1: go on); build/bench.json
-	build/lockstep bench $(selection) $(quick) $(resume) --json build/bench.json
+bench: build/lockstep  ## time every kernel (KERNEL= FORM= SCENE= THREADS=all SHARD=1/2 QUICK=1: rough, RESUME=1: go on); build/bench.json
+	build/lockstep bench $(selection) $(quick) $(resume) $(shard) --json build/bench$(of_shard).json
 
-figures: build/lockstep  ## redraw the papers' figures into build/figures/ (QUICK=1: rough, THREADS=all, RESUME=1: go on, FIGURE=scalability: one)
+figures: build/lockstep  ## redraw the papers' figures into build/figures/ (QUICK=1: rough, THREADS=all, RESUME=1: go on, FIGURE=scalability: one, SHARD=1/2: measure a share, draw nothing)
 	$(PYTHON) notes/figures/measure.py build/lockstep $(drawn) $(if $(FIGURE),--figure '$(FIGURE)') \
-	  $(if $(THREADS),--threads $(THREADS)) $(quick) $(resume)
-	$(PYTHON) notes/figures/draw.py $(drawn) $(FIGURE)
-drawn = build/figures$(if $(FIGURE),/$(FIGURE))
+	  $(if $(THREADS),--threads $(THREADS)) $(quick) $(resume) $(shard)
+	$(if $(SHARD),,$(PYTHON) notes/figures/draw.py $(drawn) $(FIGURE))
+drawn = build/figures$(of_shard)$(if $(FIGURE),/$(FIGURE))
 
 pictures: build/lockstep  ## render README's pictures, notes/pictures/*.png, from frames of our own
 	for run in castle_hit:54 dam_break_100k:200 garment:150 mesh_96:1 falling_drop:20 glass_48:22 \
@@ -126,10 +128,10 @@ diff: $(if $(FORM),build/lockstep)  ## show serial and openmp side by side: KERN
 	  'serial/$(KERNEL).cpp' 'openmp/$(KERNEL).cpp' || true)
 diff_kernels = $(patsubst serial/%.cpp,%,$(sort $(wildcard serial/*/*.cpp)))
 
-mutants: build/lockstep  ## plant known mistakes one by one: verify or the sanitizer must catch each (KERNEL=, SOME=12 a day)
+mutants: build/lockstep  ## plant known mistakes one by one: verify or the sanitizer must catch each (KERNEL=, SOME=12 a day, SHARD=1/2)
 	@$(PYTHON) -B tests/mutants/mutants.py --build $(BUILD) --compile='$(CXX) $(FLAGS)' --link='$(LINK)' --libs='$(LIBS)' \
 	  --tsan-compile='clang++-14 $(tsan_flags)' --tsan-link='clang++-14 $(tsan_flags) $(WRAPS)' --tsan-make='env -u MAKEFLAGS -u MAKELEVEL $(MAKE) tsan-build' \
-	  $(if $(KERNEL),--kernel $(KERNEL)) $(if $(SOME),--some $(SOME))
+	  $(if $(KERNEL),--kernel $(KERNEL)) $(if $(SOME),--some $(SOME)) $(shard)
 
 tsan_flags = -std=c++20 -O1 -g $(isa_portable) -ffp-contract=off -fno-math-errno -fno-builtin -fopenmp -fsanitize=thread -Wall -Wextra
 tsan-build:
@@ -137,7 +139,7 @@ tsan-build:
 build/tsan/racy: $(kernel) $(BUILD)/tests/tsan/racy.o
 	@echo "link $@" && $(CXX) $(FLAGS) $^ $(LIBS) -o $@
 
-tsan: tsan-build  ## run every kernel under clang's thread sanitizer, and a racy twin that it must flag (KERNEL= QUICK=1)
+tsan: tsan-build  ## run every kernel under clang's thread sanitizer, and a racy twin that it must flag (KERNEL= QUICK=1 THREADS=2,4)
 	QUICK=$(QUICK) verify/tsan.sh $(KERNEL)
 
 sanitize:  ## run the tests under the address and undefined-behaviour sanitizers
@@ -152,6 +154,9 @@ determinism: build/lockstep  ## expect the same bits at 1, 2, 3, 4, 8 threads, w
 
 determinism_scenes = 'import json, sys; print(*[scene for domain in json.load(sys.stdin)["domains"] for scene in domain["determinism"]])'
 
+nightly: build/lockstep tsan-build  ## verify, determinism and tsan on 64 threads and large scenes, which takes hours (KERNEL= THREADS=)
+	$(PYTHON) verify/nightly.py build/lockstep $(if $(KERNEL),--kernel '$(KERNEL)') $(if $(THREADS),--threads $(THREADS))
+
 portable: build/lockstep  ## verify with AVX2, with portable lanes, and built by clang: expect the same bits as here
 	build/lockstep verify --threads 1,2 --json build/portable_here.json
 	$(call verify_elsewhere,avx2,avx2,g++)
@@ -164,15 +169,15 @@ define verify_elsewhere
 build/$(1)/lockstep verify --threads 1,2 --json build/portable_$(1).json
 endef
 
-fuzz:  ## fuzz the readers of scenes, .fluid, meshes and Matrix Market under sanitizers, SECONDS=600 each, one a core (TARGET=rigid)
+fuzz:  ## fuzz the readers of scenes, .fluid, meshes and Matrix Market under sanitizers, SECONDS=600 each, one a core (TARGET=rigid SHARD=1/2)
 	$(MAKE) build/fuzz/loaders_fuzz BUILD=build/fuzz ISA=portable CXX=clang++-14 \
 	  FLAGS='-std=c++20 -O1 -g1 $(isa_portable) -ffp-contract=off -fno-math-errno -fopenmp -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=undefined -Wall -Wextra'
-	tests/fuzz/fuzz.sh $(or $(SECONDS),600) $(TARGET)
+	SHARD='$(SHARD)' tests/fuzz/fuzz.sh $(or $(SECONDS),600) $(TARGET)
 build/fuzz/loaders_fuzz: $(kernel) $(filter-out $(BUILD)/verify/main.o,$(verify)) $(BUILD)/tests/fuzz/loaders_fuzz.o
 	@echo "link $@" && $(CXX) $(FLAGS) $(WRAPS) $^ $(LIBS) -o $@
 
-endure: build/lockstep  ## run moving scenes for 20,000 steps: values stay valid, memory does not grow (SCENE=a.toml STEPS=)
-	GLIBC_TUNABLES=glibc.malloc.tcache_count=0:glibc.malloc.hugetlb=1 build/lockstep endure $(if $(SCENE),--scene $(SCENE)) $(if $(STEPS),--steps $(STEPS)) --json build/endure.json
+endure: build/lockstep  ## run moving scenes for 20,000 steps: values stay valid, memory does not grow (SCENE=a.toml STEPS= SHARD=1/2)
+	GLIBC_TUNABLES=glibc.malloc.tcache_count=0:glibc.malloc.hugetlb=1 build/lockstep endure $(if $(SCENE),--scene $(SCENE)) $(if $(STEPS),--steps $(STEPS)) $(shard) --json build/endure$(of_shard).json
 
 extremes: build/lockstep  ## run the smallest and largest scenes; what exceeds memory must be refused before it allocates
 	$(PYTHON) tests/extremes.py
@@ -185,6 +190,9 @@ help:  ## list these commands
 
 quick = $(if $(QUICK),--quick)
 resume = $(if $(RESUME),--resume)
+# A share of a command's cases; its report has a name of its own: build/verify.1of2.json.
+shard = $(if $(SHARD),--shard '$(SHARD)')
+of_shard = $(if $(SHARD),.$(subst /,of,$(SHARD)))
 selection = $(if $(KERNEL),--kernel '$(KERNEL)') $(if $(FORM),--form '$(FORM)') $(if $(SCENE),--scene '$(SCENE)') $(if $(THREADS),--threads $(THREADS))
 
 # build/lockstep links to the program that was built last. It changes with ISA.

@@ -182,6 +182,19 @@ def reports(threads=(1, 2)):
         | {"modules": [{"module": module, "ms": ms + k} for k, module in enumerate(production_modules.MODULES)]}
         for variant, count, ms in (("serial", 1, 40.0), *(("openmp", t, 20.0 / t) for t in threads))
     ]
+    with_costs["sensitivity"] = [
+        {"kernel": kernel, "form": "f", "scene": "s", "cores": cores}
+        | {
+            "replays": [
+                modelled(64, 64.0 / cores + (barriers * slow if cores > 1 else 0), 1.0)
+                | {"barriers": barriers, "memory_gb_per_s": memory}
+                for memory in (40.0, 307.2)
+                for barriers in (0.5, 1, 2)
+            ]
+        }
+        for kernel, slow in (("fluid/step", 1.0), ("cloth/step", 3.0))
+        for cores in (1, 64)
+    ]
     costs = {"costs": {"lock_moved_ns": 6.2, "memory_gb_per_s": 40.0}}
     peaks = {"peaks": [{"threads": t, "triad_gb_per_s": 20.0 * t, "fma_gflop_per_s": 100.0 * t} for t in threads]}
     found = {"bench": {"quick": False, "machine": MACHINE | peaks, "rows": bench}}
@@ -427,6 +440,14 @@ class Figures(unittest.TestCase):
             self.row("cloth_convergence", scene="rope", form="chains", iterations=80)["times_the_original"], ""
         )
 
+    def test_sensitivity_compares_the_same_records(self):
+        # 64 ms on one core; on 64 cores 1 ms and barriers, of 1 ms as they are.
+        for barriers, speed_up in ((0.5, 64 / 1.5), (1, 64 / 2), (2, 64 / 3)):
+            for memory in ("here", "server"):
+                row = self.row("sensitivity", kernel="fluid/step", barriers=barriers, memory=memory)
+                self.assertAlmostEqual(float(row["speed_up"]), speed_up)
+        self.assertIn("cloth/step (f, s): 25.6x, 16.0x, 9.1x;", self.index)
+
     def test_kernels_without_flops_are_named(self):
         self.assertIn("left out: rigid/match_contacts.", self.index)
 
@@ -519,7 +540,7 @@ class Figures(unittest.TestCase):
         self.assertEqual(set(together), set(self.reports))
         self.assertIsNone(together["bench"])  # the roofline shows every kernel
 
-        options = argparse.Namespace(threads="1,2", quick=False, resume=True)
+        options = argparse.Namespace(threads="1,2", shard="2/3", quick=False, resume=True)
         found = measure.commands("lockstep", pathlib.Path("f"), measure.needed(draw.chosen("sph_locks")), options)
         bench = [
             "lockstep",
@@ -529,10 +550,12 @@ class Figures(unittest.TestCase):
             "--threads",
             "1,2",
             "--resume",
+            "--shard",
+            "2/3",
             "--json",
             "f/bench.json",
         ]
-        scale = ["lockstep", "scale", "--kernel", "fluid/step", "--resume", "--json", "f/scale.json"]
+        scale = ["lockstep", "scale", "--kernel", "fluid/step", "--resume", "--shard", "2/3", "--json", "f/scale.json"]
         self.assertEqual([[str(word) for word in command] for command in found], [bench, scale])
 
     def test_kernels_and_forms_are_those_of_the_program(self):

@@ -143,7 +143,7 @@ bool complete(const nlohmann::ordered_json& rows, const std::vector<int>& thread
 
 int bench(const Options& options) {
   const std::vector<Selected> selected = select(options, Purpose::bench);
-  Report report(options.json, options.quick, options.resume);
+  Report report(options);
   report.on["busy_cores"] = busy_cores();
   for (int threads : options.threads) {
     progress("peaks of the machine");
@@ -162,7 +162,7 @@ int bench(const Options& options) {
   std::vector<nlohmann::ordered_json> rows(selected.size());  // of each case
   std::deque<std::size_t> waiting;
   for (std::size_t k = 0; k < selected.size(); ++k) {
-    const auto& [kernel, scene_path] = selected[k];
+    const auto& [kernel, scene_path, place] = selected[k];
     rows[k] = report.take_earlier(
         {{"kernel", kernel.name}, {"form", kernel.form}, {"scene", std::filesystem::path(scene_path).stem().string()}});
     if (complete(rows[k], options.threads)) {
@@ -183,10 +183,11 @@ int bench(const Options& options) {
     waiting.pop_front();
     const bool again = first == 0;
     if (!again || patience > 0) {
-      const auto& [kernel, scene_path] = selected[k];
+      const auto& [kernel, scene_path, place] = selected[k];
       progress(kernel.name + " " + kernel.form + " on " + std::filesystem::path(scene_path).stem().string());
       const double start = now();
-      const Measured measured = measure(kernel, scene_path, options.threads, effort, turns);
+      Measured measured = measure(kernel, scene_path, options.threads, effort, turns);
+      for (auto& row : measured.rows) report.put_place(row, place);
       progress("");
       if (again) patience -= now() - start;
       if (!again || !measured.lacks_cores) rows[k] = measured.rows;

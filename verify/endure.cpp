@@ -34,6 +34,7 @@
 #include "verify/options.h"
 #include "verify/report.h"
 #include "verify/simulation.h"
+#include "verify/verdicts.h"
 
 namespace lockstep::verify {
 namespace {
@@ -124,12 +125,13 @@ std::vector<Task> scenes_that_move(int steps) {
 int endure(const EndureOptions& options) {
   const std::vector<Task> tasks =
       options.scene.empty() ? scenes_that_move(options.steps) : std::vector<Task>{{options.scene, options.steps}};
-  Report report(options.json);
+  Report report(options);
   auto rows = nlohmann::ordered_json::array();
-  int passed = 0, refused = 0, failed = 0;
   std::printf("%-28s %-10s %9s %8s %9s %12s %9s  %s\n", "scene", "form", "elements", "steps", "seconds", "bytes",
               "left over", "verdict");
-  for (const auto& [path, steps] : tasks) {
+  for (std::size_t place = 0; place < tasks.size(); ++place) {
+    if (!in_share(options.shard, place)) continue;
+    const auto& [path, steps] = tasks[place];
     RunOptions run;
     run.scene = path, run.watch = true;
     const Simulation simulation = make_simulation(run);
@@ -151,7 +153,6 @@ int endure(const EndureOptions& options) {
     const std::string verdict = !fault.empty()     ? "FAILED " + fault
                                 : !refusal.empty() ? "refused: " + refusal
                                                    : "endures";
-    ++(!fault.empty() ? failed : !refusal.empty() ? refused : passed);
     std::printf("%-28s %-10s %9d %8d %9.1f %12.0f %9.0f  %s\n", simulation.name.c_str(), simulation.form.c_str(),
                 simulation.elements, endurance.made, seconds, bytes, endurance.left_over, verdict.c_str());
     std::fflush(stdout);
@@ -165,10 +166,10 @@ int endure(const EndureOptions& options) {
                     {"bytes_left_over", endurance.left_over},
                     {"fault", fault},
                     {"refusal", refusal}});
+    report.put_place(rows.back(), place);
   }
   report.finish(rows);
-  std::printf("%d passed, %d refused, %d failed\n", passed, refused, failed);
-  return failed == 0 ? 0 : 1;
+  return sum_up_endured(rows);
 }
 
 }  // namespace lockstep::verify

@@ -30,34 +30,12 @@
 #include "verify/production_fluid/forms.h"
 #include "verify/report.h"
 #include "verify/rigid/run.h"
+#include "verify/rows_of.h"
 #include "verify/scale.h"
+#include "verify/sensitivity.h"
 
 namespace lockstep::verify {
 namespace {
-
-using Rows = nlohmann::ordered_json;
-
-// The rows of a report as they come.
-class RowsOf {
- public:
-  explicit RowsOf(Report& report) : report_(report) {}
-
-  // A row of these fields and of the values that `measure` returns, unless an earlier run left it.
-  void add(Rows fields, const std::function<Rows()>& measure) {
-    const Rows earlier = report_.take_earlier(fields);
-    if (earlier.empty()) fields.update(measure());
-    rows_.push_back(earlier.empty() ? fields : earlier[0]);
-    Rows all = rows_;
-    all.insert(all.end(), report_.earlier().begin(), report_.earlier().end());
-    report_.keep(all);
-  }
-  void add(Rows row) { rows_.push_back(std::move(row)); }  // one that takes no time
-  void finish() { report_.finish(rows_); }
-
- private:
-  Report& report_;
-  Rows rows_ = Rows::array();
-};
 
 std::vector<int> cores_of(const FigureOptions& options) {
   return options.quick ? std::vector<int>{1, 2, 64} : std::vector<int>{1, 2, 4, 8, 16, 32, 64};
@@ -307,7 +285,7 @@ struct Figure {
 constexpr Figure all_figures[] = {{"cloth_convergence", cloth_convergence},   {"levelset_blocks", levelset_blocks},
                                   {"levelset_slice", levelset_slice},         {"contact_batches", contact_batches},
                                   {"production_modules", production_modules}, {"face_modules", face_modules},
-                                  {"cloth_modules", cloth_modules}};
+                                  {"cloth_modules", cloth_modules},           {"sensitivity", sensitivity}};
 
 }  // namespace
 
@@ -322,15 +300,16 @@ int figures(const FigureOptions& options) {
   const Model model = measure_model();
   for (const Figure& figure : all_figures) {
     if (!options.report.empty() && options.report != figure.name) continue;
-    const std::string path = options.out + '/' + figure.name + ".json";
-    Report report(path, options.quick, options.resume);
+    ReportOptions its = options;
+    its.json = options.out + '/' + figure.name + ".json";
+    Report report(its);
     report.on["busy_cores"] = busy_cores();
     report.on["costs"] = describe(model);
-    RowsOf rows(report);
+    RowsOf rows(report, options.shard);
     figure.compute(options, model, rows);
     rows.finish();
     progress("");
-    std::printf("%s\n", path.c_str());
+    std::printf("%s\n", its.json.c_str());
   }
   return 0;
 }

@@ -5,8 +5,13 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <map>
 #include <new>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "common/input_error.h"
 #include "verify/names.h"
@@ -20,6 +25,7 @@ using namespace lockstep::verify;
 
 constexpr int max_threads = 1024;
 constexpr int all_threads = 0;  // what --threads all becomes
+constexpr std::string_view changes_no_row[] = {"--json", "--out", "--failed", "--resume", "--shard"};
 
 void add_selection(CLI::App* command, Options& options) {
   command
@@ -50,6 +56,52 @@ void add_quick(CLI::App* command, bool& quick) {
   command->add_flag("--quick", quick, "fewer repeats and sizes, to see that it works");
 }
 
+// What the model knows of a machine, given instead of measured here: by its name in reports, in whose unit it is
+// multiplied.
+void add_costs(CLI::App* command, std::map<std::string, double>& given) {
+  struct Cost {
+    const char *option, *name;
+    double unit;
+    const char* meaning;
+  };
+  for (const Cost& cost :
+       {Cost{"--fork-join-us", "fork_join_2_ns", 1e3, "an empty region of two threads; P cores: log2 P times as much"},
+        Cost{"--barrier-us", "barrier_2_ns", 1e3, "a barrier of two threads; P cores: log2 P times as much"},
+        Cost{"--lock-us", "lock_moved_ns", 1e3, "a lock that another core had last, beyond one's own"},
+        Cost{"--dispatch-us", "dispatch_moved_ns", 1e3, "fetching a chunk of a loop after another core"},
+        Cost{"--memory-gb-per-s", "memory_gb_per_s", 1, "what all cores together draw from memory"},
+        Cost{"--last-level-cache-mb", "last_level_cache_bytes", 1e6,
+             "of all last-level caches; what fits is not bound"}})
+    command->add_option_function<double>(
+        cost.option,
+        [&given, cost](double value) {
+          if (!(value > 0) || std::isinf(value)) throw CLI::ValidationError(cost.option, "expected a number above 0");
+          given[cost.name] = value * cost.unit;
+        },
+        std::string("another machine's instead of this one's: ") + cost.meaning);
+}
+
+void add_shard(CLI::App* command, std::string& shard) {
+  command->add_option(
+      "--shard", shard,
+      "only this share of the cases, such as 2/3, the second of three; `merge` makes one report of all");
+}
+
+// The command in words, its options in the program's order, without those that change no row.
+std::string in_words(const CLI::App& command) {
+  std::string words = command.get_name();
+  for (const CLI::Option* option : command.get_options()) {
+    const std::string name = option->get_name();
+    if (option->count() == 0 || std::ranges::count(changes_no_row, name) > 0) continue;
+    words += ' ' + name;
+    if (option->get_items_expected_max() == 0) continue;  // a flag
+    std::vector<std::string> values = option->results();
+    if (name == "--threads") std::ranges::replace(values, std::to_string(all_threads), std::string("all"));
+    words += ' ' + joined(values, ",");
+  }
+  return words;
+}
+
 CLI::Option* add_resume(CLI::App* command, bool& resume) {
   return command->add_flag("--resume", resume, "go on from the rows that an earlier run of the same commit left");
 }
@@ -73,6 +125,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", version());
   Options options;
   RunOptions run_options;
+  std::string shard;  // of the command that is given
 
   ListOptions list_options;
   CLI::App* list_command = app.add_subcommand("list", "print every kernel, its forms and their scenes");
@@ -85,6 +138,7 @@ int main(int argc, char** argv) {
   CLI::App* verify_command = app.add_subcommand("verify", "compare every openmp kernel with its serial twin");
   add_selection(verify_command, options);
   add_threads(verify_command, options);
+  add_shard(verify_command, shard);
   verify_command->add_flag("--full", options.full, "on all scenes");
   verify_command->add_flag("--failed", options.only_failed, "print only failures");
 
@@ -93,6 +147,7 @@ int main(int argc, char** argv) {
   add_threads(bench_command, options);
   add_quick(bench_command, options.quick);
   add_resume(bench_command, options.resume)->needs("--json");
+  add_shard(bench_command, shard);
 
   ScaleOptions scale_options;
   CLI::App* scale_command = app.add_subcommand("scale", "model every kernel on more cores than this machine has");
@@ -102,7 +157,9 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->check(CLI::Range(1, max_threads));
   add_quick(scale_command, scale_options.quick);
+  add_costs(scale_command, scale_options.given);
   add_resume(scale_command, scale_options.resume)->needs("--json");
+  add_shard(scale_command, shard);
 
   CLI::App* run_command = app.add_subcommand("run", "simulate a scene");
   run_command->add_option("--scene", run_options.scene, "a scene's name (flag_33), or a .toml or .fluid file")
@@ -132,6 +189,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(2, 1 << 30))
       ->capture_default_str();
   endure_command->add_option("--json", endure_options.json, "write the rows to this file");
+  add_shard(endure_command, shard);
 
   FigureOptions figure_options;
   CLI::App* figures_command = app.add_subcommand("figures", "compute what the figures show (make figures draws it)");
@@ -139,11 +197,18 @@ int main(int argc, char** argv) {
   figures_command->add_option("--report", figure_options.report, "only this one, such as contact_batches");
   add_quick(figures_command, figure_options.quick);
   add_resume(figures_command, figure_options.resume);
+  add_shard(figures_command, shard);
 
   CompareOptions compare_options;
   CLI::App* compare_command = app.add_subcommand("compare", "compare the times of two reports of bench, row by row");
   compare_command->add_option("old", compare_options.before, "a JSON file of bench")->required();
   compare_command->add_option("new", compare_options.after, "another one")->required();
+
+  MergeOptions merge_options;
+  CLI::App* merge_command =
+      app.add_subcommand("merge", "make one report of those of all shards (--shard) of a command");
+  merge_command->add_option("reports", merge_options.reports, "their JSON files, in any order")->required();
+  merge_command->add_option("--out", merge_options.out, "the file for the whole report")->required();
 
   try {
     app.parse(argc, argv);
@@ -167,6 +232,12 @@ int main(int argc, char** argv) {
   try {
     for (std::string* scene : {&run_options.scene, &endure_options.scene})
       if (!scene->empty()) *scene = scene_file(*scene);
+    for (ReportOptions* each :
+         {static_cast<ReportOptions*>(&options), static_cast<ReportOptions*>(&scale_options),
+          static_cast<ReportOptions*>(&endure_options), static_cast<ReportOptions*>(&figure_options)}) {
+      each->command = in_words(*app.get_subcommands().front());
+      if (!shard.empty()) each->shard = shard_of(shard);
+    }
     if (options.threads.empty() && verify_command->parsed()) options.threads = {1, 2, 3};
     if (options.threads.empty() || std::ranges::count(options.threads, all_threads) > 0)
       options.threads = doubling_to(omp_get_num_procs());
@@ -181,6 +252,7 @@ int main(int argc, char** argv) {
       if (endure_command->parsed()) return endure(endure_options);
       if (figures_command->parsed()) return figures(figure_options);
       if (compare_command->parsed()) return compare_reports(compare_options);
+      if (merge_command->parsed()) return merge_reports(merge_options);
       return run(run_options);
     };
     const int code = command();

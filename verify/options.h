@@ -1,25 +1,36 @@
 // The command line's options, for each subcommand.
 #pragma once
 
+#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "verify/shard.h"
+
 namespace lockstep::verify {
 
-struct Options {
+// What all commands that write reports take.
+struct ReportOptions {
+  std::string json;            // file for the rows; none if empty
+  bool quick = false;          // fewer repeats and sizes, for a quick test
+  bool resume = false;         // go on from the rows in that file
+  std::optional<Shard> shard;  // only this share of the cases; all if absent
+  std::string command;         // in words, less what changes no row: what shards of one whole have in common
+};
+
+struct Options : ReportOptions {
   std::vector<std::string> kernels;  // only these; all if empty
   std::string form;                  // only this one; all if empty
   std::string scene;                 // only this one: a name that the kernels register, or a user's own file
   std::vector<int> threads;          // thread counts
   bool full = false;                 // all scenes
-  bool quick = false;                // fewer repeats, for a quick test
   bool only_failed = false;          // print failures alone
-  std::string json;                  // file for the rows; none if empty
-  bool resume = false;               // go on from the rows in that file
 };
 
 struct ScaleOptions : Options {
-  std::vector<int> cores;  // numbers of cores
+  std::vector<int> cores;               // numbers of cores
+  std::map<std::string, double> given;  // costs of another machine, by their names in the report
 };
 
 struct RunOptions {
@@ -34,17 +45,14 @@ struct RunOptions {
   bool watch = false;   // for `endure`: what each step must leave is checked after each, even within a frame
 };
 
-struct EndureOptions {
+struct EndureOptions : ReportOptions {
   std::string scene;  // only this one; all scenes that move if empty
   int steps = 20000;
-  std::string json;
 };
 
-struct FigureOptions {
-  std::string out;      // a folder
-  std::string report;   // only this one, without .json; all if empty
-  bool quick = false;   // fewer and smaller runs, for a quick test
-  bool resume = false;  // go on from the rows of the reports in `out`
+struct FigureOptions : ReportOptions {
+  std::string out;     // a folder
+  std::string report;  // only this one, without .json; all if empty
 };
 
 struct ListOptions {
@@ -56,6 +64,11 @@ struct CompareOptions {
   std::string before, after;  // reports of bench
 };
 
+struct MergeOptions {
+  std::vector<std::string> reports;  // of all shards of one command, in any order
+  std::string out;
+};
+
 // Each returns the program's exit code: 0, or 1 if a check failed. Bad input throws InputError.
 int list(const ListOptions& options);
 int verify(const Options& options);
@@ -65,5 +78,6 @@ int run(const RunOptions& options);                  // 128 + the signal's numbe
 int endure(const EndureOptions& options);            // long runs: memory must not grow, values stay valid
 int figures(const FigureOptions& options);           // writes the data of each figure, NAME.json
 int compare_reports(const CompareOptions& options);  // times of two reports of bench, row by row
+int merge_reports(const MergeOptions& options);      // reports of shards as one; 1 if a row of them failed
 
 }  // namespace lockstep::verify

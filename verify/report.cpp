@@ -42,6 +42,11 @@ std::string today() {
   return text;
 }
 
+nlohmann::ordered_json json_of(const std::optional<Shard>& shard) {
+  if (!shard) return {};
+  return {{"number", shard->number}, {"of", shard->of}};
+}
+
 #if defined(__clang__)
 constexpr char compiler[] = "clang++ " __clang_version__;
 #else
@@ -74,19 +79,22 @@ nlohmann::ordered_json machine() {
   };
 }
 
-Report::Report(std::string path, bool quick, bool resume) : path_(std::move(path)), quick_(quick) {
-  if (path_.empty()) return;
-  if (resume) read_earlier();
+Report::Report(const ReportOptions& options, const nlohmann::ordered_json& more) : options_(options) {
+  on.update(more);
+  const std::string& path = options_.json;
+  if (path.empty()) return;
+  if (options_.resume) read_earlier();
   std::error_code error;
-  const bool there = std::filesystem::exists(path_, error);
-  if (!std::ofstream(path_, std::ios::app)) throw InputError(path_ + ": cannot be written: " + std::strerror(errno));
-  if (!there) std::filesystem::remove(path_, error);
+  const bool there = std::filesystem::exists(path, error);
+  if (!std::ofstream(path, std::ios::app)) throw InputError(path + ": cannot be written: " + std::strerror(errno));
+  if (!there) std::filesystem::remove(path, error);
 }
 
 void Report::read_earlier() {
+  const std::string& path = options_.json;
   std::error_code error;
-  if (!std::filesystem::exists(path_, error)) return;
-  std::ifstream in(path_);
+  if (!std::filesystem::exists(path, error)) return;
+  std::ifstream in(path);
   const auto report = nlohmann::ordered_json::parse(in, nullptr, false);
   const auto part = [](const nlohmann::ordered_json& of, const std::string& name) {
     return of.is_object() ? of.value(name, nlohmann::ordered_json()) : nlohmann::ordered_json();
@@ -94,11 +102,14 @@ void Report::read_earlier() {
   const auto expect_same = [&](const std::string& name, const nlohmann::ordered_json& there,
                                const nlohmann::ordered_json& here) {
     if (nlohmann::json(there) != nlohmann::json(here))  // in any order of fields
-      throw InputError(path_ + ": --resume mixes no reports: its " + name + " is " + there.dump() + ", here it is " +
+      throw InputError(path + ": --resume mixes no reports: its " + name + " is " + there.dump() + ", here it is " +
                        here.dump());
   };
   expect_same("schema", part(report, "schema"), schema);
-  expect_same("quick", part(report, "quick"), quick_);
+  expect_same("quick", part(report, "quick"), options_.quick);
+  expect_same("shard", part(report, "shard"), json_of(options_.shard));
+  // Another command would put other cases at a shard's places.
+  if (options_.shard) expect_same("command", part(report, "command"), options_.command);
   for (const auto& [name, here] : on.items())
     if (name != "date") expect_same(name, part(part(report, "machine"), name), here);
   for (const nlohmann::ordered_json& row : part(report, "rows"))
@@ -117,15 +128,31 @@ nlohmann::ordered_json Report::take_earlier(const nlohmann::ordered_json& fields
   return taken;
 }
 
-void Report::keep(const nlohmann::ordered_json& rows) {
-  if (now() > written_ + 1) finish(rows);
+void Report::put_place(nlohmann::ordered_json& row, std::size_t place) const {
+  if (options_.shard) row["place"] = place;
 }
 
-void Report::finish(const nlohmann::ordered_json& rows) {
-  if (path_.empty()) return;
-  const nlohmann::ordered_json report = {{"schema", schema}, {"quick", quick_}, {"machine", on}, {"rows", rows}};
-  write_file(path_, [&](std::ostream& out) { out << report.dump(2) << '\n'; });
+void Report::keep(const nlohmann::ordered_json& rows) {
+  if (now() > written_ + 1) write(rows, false);
+}
+
+void Report::finish(const nlohmann::ordered_json& rows) { write(rows, true); }
+
+void Report::write(const nlohmann::ordered_json& rows, bool complete) {
+  if (options_.json.empty()) return;
+  nlohmann::ordered_json report = {{"schema", schema},
+                                   {"command", options_.command},
+                                   {"complete", complete},
+                                   {"quick", options_.quick},
+                                   {"machine", on}};
+  if (options_.shard) report["shard"] = json_of(options_.shard);
+  report["rows"] = rows;
+  write_report(options_.json, report);
   written_ = now();
+}
+
+void write_report(const std::string& path, const nlohmann::ordered_json& report) {
+  write_file(path, [&](std::ostream& out) { out << report.dump(2) << '\n'; });
 }
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }

@@ -25,7 +25,7 @@ namespace lockstep::verify {
 
 Model measure_model() {
   progress("what OpenMP and memory cost here");
-  Model model = {measure_costs(), clock_cost_ns(), 0};
+  Model model = {measure_costs(), last_level_cache(), clock_cost_ns(), 0};
   for (int repeat = 0; repeat < 100; ++repeat) model.turns_per_ns = std::max(model.turns_per_ns, turns_per_ns(1));
   progress("");
   return model;
@@ -41,6 +41,7 @@ Model less_disturbed(const Model& a, const Model& b) {
            .lock_moved = std::min(x.lock_moved, y.lock_moved),
            .dispatch = {std::min(x.dispatch.again, y.dispatch.again), std::min(x.dispatch.moved, y.dispatch.moved)},
            .bytes_per_ns = std::max(x.bytes_per_ns, y.bytes_per_ns)},
+          a.last_level_cache_bytes,
           std::min(a.clock_cost_ns, b.clock_cost_ns),
           std::max(a.turns_per_ns, b.turns_per_ns)};
 }
@@ -55,8 +56,19 @@ nlohmann::ordered_json describe(const Model& model) {
           {"dispatch_ns", costs.dispatch.again},
           {"dispatch_moved_ns", costs.dispatch.moved},
           {"memory_gb_per_s", costs.bytes_per_ns},
-          {"last_level_cache_bytes", last_level_cache()},
+          {"last_level_cache_bytes", model.last_level_cache_bytes},
           {"clock_ns", model.clock_cost_ns}};
+}
+
+Model with_given(Model model, const std::map<std::string, double>& given) {
+  Costs& costs = model.costs;
+  const std::map<std::string, double*> cost = {
+      {"fork_join_2_ns", &costs.fork_join.two}, {"barrier_2_ns", &costs.barrier.two},
+      {"lock_moved_ns", &costs.lock_moved},     {"dispatch_moved_ns", &costs.dispatch.moved},
+      {"memory_gb_per_s", &costs.bytes_per_ns}, {"last_level_cache_bytes", &model.last_level_cache_bytes}};
+  for (const auto& [name, value] : given) *cost.at(name) = value;
+  model.of_another = !given.empty();
+  return model;
 }
 
 namespace {
@@ -101,25 +113,48 @@ void print(const nlohmann::ordered_json& row, double first_ms) {
               percent("serial"), percent("together"), percent("locks"), percent("dispatch"), percent("waiting"));
 }
 
+// Of the work, the bytes that go to memory: none if the last-level cache holds them.
+double bytes_of(const Repeatable& what, const Model& model) {
+  return what.bytes > model.last_level_cache_bytes ? what.bytes : 0;
+}
+
 }  // namespace
 
+void record_once(const Repeatable& what, int cores, std::span<const Model> models, std::span<Replayed> least) {
+  const auto record_with = [&](Locks locks) {
+    what.reset();
+    return record(cores, what.work, clock_ns, models[0].clock_cost_ns, locks);
+  };
+  Record made = record_with(Locks::noted);
+  if (has_locks(made)) fit(made, record_with(Locks::left_out));
+  for (std::size_t m = 0; m < models.size(); ++m) {
+    const Replayed each = replay(made, models[m].costs, bytes_of(what, models[m]));
+    if (each.total < least[m].total) least[m] = each;
+  }
+}
+
+nlohmann::ordered_json fields_of(const Replayed& r, const Repeatable& what, int cores, const Model& model) {
+  const double all = cores * r.total, bytes_per_ns = model.costs.bytes_per_ns;
+  return {{"modelled_ms", 1e-6 * r.total},
+          {"compute_ms", 1e-6 * r.compute},
+          {"memory_ms", bytes_per_ns > 0 ? 1e-6 * bytes_of(what, model) / bytes_per_ns : 0},
+          {"work", r.work / all},
+          {"serial", r.serial / all},
+          {"together", r.together / all},
+          {"locks", r.locks / all},
+          {"dispatch", r.dispatch / all},
+          {"waiting", r.waiting / all}};
+}
+
 nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int cores, bool quick) {
-  const double bytes = what.bytes > last_level_cache() ? what.bytes : 0;
-  const bool here = cores <= omp_get_num_procs();
+  const bool here = cores <= omp_get_num_procs() && !model.of_another;
   Replayed r = {.total = std::numeric_limits<double>::infinity()};
   std::vector<Sample> samples;
   bool whole_teams = true;  // whether the measured runs had as many threads as `cores`
   const Effort effort = quick ? quick_effort : full_effort;
   const double enough = now() + (here ? effort.seconds_here : effort.seconds_beyond);
   for (int repeat = 0; repeat < effort.least || now() < enough; ++repeat) {
-    const auto record_with = [&](Locks locks) {
-      what.reset();
-      return record(cores, what.work, clock_ns, model.clock_cost_ns, locks);
-    };
-    Record made = record_with(Locks::noted);
-    if (has_locks(made)) fit(made, record_with(Locks::left_out));
-    const Replayed each = replay(made, model.costs, bytes);
-    if (each.total < r.total) r = each;
+    record_once(what, cores, {&model, 1}, {&r, 1});
     if (!here) continue;
     what.reset();
     hold_team(cores, [&] {
@@ -133,23 +168,13 @@ nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int
       samples.push_back({seconds, std::min(turns_before, turns_per_ns(cores))});
     });
   }
-  const double ms = 1e-6 * r.total, all = cores * r.total;
-  nlohmann::ordered_json row = {
-      {"cores", cores},
-      {"modelled_ms", ms},
-      {"compute_ms", 1e-6 * r.compute},
-      {"memory_ms", model.costs.bytes_per_ns > 0 ? 1e-6 * bytes / model.costs.bytes_per_ns : 0},
-      {"work", r.work / all},
-      {"serial", r.serial / all},
-      {"together", r.together / all},
-      {"locks", r.locks / all},
-      {"dispatch", r.dispatch / all},
-      {"waiting", r.waiting / all}};
+  nlohmann::ordered_json row = {{"cores", cores}};
+  row.update(fields_of(r, what, cores, model));
   if (here && whole_teams) {
     const Counted on_cores = counted(samples, cores * model.turns_per_ns, effort.least);
     const double measured_ms = 1e3 * quantile(on_cores.samples, &Sample::seconds, 0);
     row["measured_ms"] = measured_ms;
-    row["off_by"] = ms / measured_ms - 1;
+    row["off_by"] = 1e-6 * r.total / measured_ms - 1;
     row["whole_cores"] = !on_cores.lack_cores;
   }
   return row;
@@ -157,14 +182,14 @@ nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int
 
 int scale(const ScaleOptions& options) {
   const std::vector<Selected> selected = select(options, Purpose::bench);
-  Report report(options.json, options.quick, options.resume);
+  Report report(options, {{"given", options.given}});
   report.on["busy_cores"] = busy_cores();
-  Model model = measure_model();
+  Model model = with_given(measure_model(), options.given);
   const std::size_t counts = options.cores.size();
   // [selected, cores]; empty until measured
   std::vector<nlohmann::ordered_json> rows(selected.size() * counts, nlohmann::ordered_json::object());
   const auto named = [&](std::size_t row) {
-    const auto& [kernel, scene_path] = selected[row / counts];
+    const auto& [kernel, scene_path, place] = selected[row / counts];
     return nlohmann::ordered_json{
         {"kernel", kernel.name}, {"form", kernel.form}, {"scene", std::filesystem::path(scene_path).stem().string()}};
   };
@@ -178,11 +203,11 @@ int scale(const ScaleOptions& options) {
     std::ranges::copy_if(rows, std::back_inserter(all), [](const auto& row) { return !row.empty(); });
     return all;
   };
-  const int passes = options.quick ? quick_passes : full_passes;
+  const int passes = options.quick || model.of_another ? quick_passes : full_passes;
   for (int pass = 0; pass < passes; ++pass) {
-    if (pass > 0) model = less_disturbed(model, measure_model());
+    if (pass > 0) model = less_disturbed(model, measure_model());  // never of another machine
     for (std::size_t k = 0; k < selected.size(); ++k) {
-      const auto& [kernel, scene_path] = selected[k];
+      const auto& [kernel, scene_path, place] = selected[k];
       // Passes that a row has: all, or one beyond the machine's cores, where nothing is timed.
       const auto lacks = [&](std::size_t c) {
         const int wanted = options.cores[c] > omp_get_num_procs() ? 1 : pass + 1;
@@ -205,6 +230,7 @@ int scale(const ScaleOptions& options) {
         const int before = kept.value("passes", 0);
         kept = kept.empty() ? row : less_disturbed(kept, row);
         kept["passes"] = before + 1;
+        report.put_place(kept, place);
         report.keep(all_rows());
       }
     }

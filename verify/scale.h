@@ -2,7 +2,10 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <span>
+#include <string>
 
 #include "verify/replay.h"
 
@@ -10,12 +13,17 @@ namespace lockstep::verify {
 
 struct Model {
   Costs costs;
+  double last_level_cache_bytes;
   double clock_cost_ns;
-  double turns_per_ns;  // of one whole core (costs.h)
+  double turns_per_ns;      // of one whole core (costs.h)
+  bool of_another = false;  // whether any of these is another machine's: then nothing is timed beside the model
 };
 Model measure_model();
 Model less_disturbed(const Model& a, const Model& b);  // the better of each: disturbance only adds time
-nlohmann::ordered_json describe(const Model& model);
+nlohmann::ordered_json describe(const Model& model);   // the costs by name
+
+// The model with these costs, by their names in describe(), of another machine.
+Model with_given(Model model, const std::map<std::string, double>& given);
 
 // Work that can be repeated after `reset`. `bytes` is its memory traffic if caches do not hold the data.
 struct Repeatable {
@@ -23,11 +31,18 @@ struct Repeatable {
   double bytes;
 };
 
+// Records the work once on `cores`, and replays this record with each model. Where a replay is shorter than its element
+// of `least`, which starts with an infinite total, it takes its place.
+void record_once(const Repeatable& what, int cores, std::span<const Model> models, std::span<Replayed> least);
+
+// The fields of a row that come from the model: modelled_ms, compute_ms, memory_ms and the shares of the cores' time.
+nlohmann::ordered_json fields_of(const Replayed& replayed, const Repeatable& what, int cores, const Model& model);
+
 // A row: cores; modelled_ms, which is the larger of compute_ms and memory_ms; the shares of the cores' time (replay.h);
-// and, if the machine has that many cores, measured_ms, off_by, which is modelled / measured - 1, and whole_cores, which
-// says whether enough of the measured runs had the cores that they asked for (samples.h). The row keeps the least
-// disturbed of the recorded and of the measured runs, because other work on the machine only adds time. There are at
-// least three of each, and as many as fit .2 s (quick: one).
+// and, if the machine has that many cores and the model is its own, measured_ms, off_by, which is
+// modelled / measured - 1, and whole_cores, which says whether enough of the measured runs had the cores that they asked
+// for (samples.h). The row keeps the least disturbed of the recorded and of the measured runs, because other work on the
+// machine only adds time. There are at least three of each, and as many as fit .2 s (quick: one).
 nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int cores, bool quick);
 
 }  // namespace lockstep::verify

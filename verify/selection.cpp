@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 
 #include "common/input_error.h"
 #include "verify/domain.h"
@@ -51,7 +52,7 @@ std::vector<Selected> select(const Options& options, Purpose purpose) {
   const bool named =
       std::ranges::any_of(chosen, [&](const Kernel& kernel) { return !known_as(kernel, options.scene).empty(); });
 
-  std::vector<Selected> selected;
+  std::vector<Selected> selected, share;
   for (const Kernel& kernel : chosen) {
     std::vector<std::string> paths = purpose == Purpose::bench ? kernel.bench_scenes : kernel.scenes;
     if (options.full) paths.insert(paths.end(), kernel.more_scenes.begin(), kernel.more_scenes.end());
@@ -62,14 +63,16 @@ std::vector<Selected> select(const Options& options, Purpose purpose) {
       const std::string path = scene_file(options.scene);
       if (kernel.takes(path)) paths.push_back(path);
     }
-    for (const std::string& path : paths) selected.push_back({kernel, path});
+    for (const std::string& path : paths) selected.push_back({kernel, path, selected.size()});
   }
   if (selected.empty() && options.scene.empty())
     throw InputError(chosen.front().name + " " + chosen.front().form + " has no scenes for this command");
   if (selected.empty())
     throw InputError("--scene " + options.scene + ": is a scene of " + domain_of_scene(scene_file(options.scene)).name +
                      ", which " + chosen.front().name + " does not take");
-  return selected;
+  std::ranges::copy_if(selected, std::back_inserter(share),
+                       [&](const Selected& each) { return in_share(options.shard, each.place); });
+  return share;
 }
 
 }  // namespace lockstep::verify

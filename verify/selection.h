@@ -1,6 +1,7 @@
 // The kernels and scenes that the options select.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -12,11 +13,12 @@ namespace lockstep::verify {
 struct Selected {
   Kernel kernel;
   std::string scene_path;
+  std::size_t place;  // among all that are selected, of every shard
 };
 
 enum class Purpose { verify, bench };
 
-// In the kernels' order. Throws InputError if the options name an unknown kernel, form or scene.
+// In the kernels' order; of a shard, its own. Throws InputError if the options name an unknown kernel, form or scene.
 std::vector<Selected> select(const Options& options, Purpose purpose);
 
 }  // namespace lockstep::verify

@@ -1,15 +1,17 @@
 #!/bin/bash
 # Runs every kernel and form under clang's thread sanitizer, which must find no race. Then runs the racy twin,
 # tests/tsan/racy.cpp; the sanitizer must flag each of its mistakes every time. `make tsan` builds build/tsan/ and calls
-# it. An argument selects one kernel.
+# it. Arguments select kernels.
 #
 # Kernels and their scenes come from `lockstep list`, so a new one cannot be forgotten. The inputs exceed one chunk of
 # every loop, and one band of every sweep, at two threads and at four. A kernel passes if no race is found and the
 # verifier passes it, too. The exit code is 1 if any row fails. The log of each run stays in build/tsan/. With QUICK=1
-# each form runs on one scene.
+# each form runs on one scene. THREADS=64 runs forms on so many, and SCENES="a b" on the first of these that is a form's
+# own, one of bench if it can be, with all of its bodies (verify/nightly.py).
 set -u
 cd "$(dirname "$0")/.." || exit 1
 build=build/tsan
+threads=${THREADS:-2,4}
 repeats=${QUICK:+2} repeats=${repeats:-5}  # of each mistake
 
 # Archer tells the sanitizer what OpenMP orders. 66 is the exit code of a report. Archer guards its own table of locks
@@ -25,7 +27,9 @@ passed=0 failed=0
 # shorten DOMAIN SCENE: a copy of a scene with few frames and bodies. `make verify` covers whole runs, and a race shows
 # in one step. A cloth keeps three iterations, because the iterations of chains overlap.
 shorten() {
-  sed -E 's/^frames *=.*/frames = 5/; s/^iterations *=.*/iterations = 3/; s/^substeps *=.*/substeps = 2/; /^energy_falls_after/d; s/^count *=.*/count = 400/; s/^settle *=.*/settle = 30/' \
+  local bodies='s/^count *=.*/count = 400/; s/^settle *=.*/settle = 30/'
+  [ -z "${SCENES:-}" ] || bodies='s/^settle *=.*/settle = 3/'
+  sed -E "s/^frames *=.*/frames = 5/; s/^iterations *=.*/iterations = 3/; s/^substeps *=.*/substeps = 2/; /^energy_falls_after/d; $bodies" \
     "scenes/$1/$2.toml" > "$build/$2.toml"
 }
 
@@ -61,27 +65,30 @@ row kernel form scene threads expected seen seconds ""
 # Lines of kernel, form and scenes, separated by |, without Archer, which would print among them. Forms that run another
 # form's code are left out.
 forms=$(OMP_TOOL=disabled $build/lockstep list --json | /usr/bin/python3 -c '
-import json, sys
+import json, os, sys
+large = os.environ.get("SCENES", "").split()
 for row in json.load(sys.stdin)["rows"]:
     if not row["covered_by"]:
-        print(row["kernel"], row["form"], " ".join(row["tsan_scenes"]), sep="|")')
+        own = [scene for scene in large if scene in row["scenes"] + row["more_scenes"]]
+        own = ([scene for scene in own if scene in row["bench_scenes"]] + own)[:1]  # which bench has is full of work
+        print(row["kernel"], row["form"], " ".join(own if large else row["tsan_scenes"]), sep="|")')
 cp scenes/*/*.{obj,mtx} $build/  # what scenes name beside them
 
 while IFS="|" read -r kernel form scenes; do
-  [ "$kernel" = "${1:-$kernel}" ] || continue
+  [[ $# = 0 || " $* " = *" $kernel "* ]] || continue
   [ -n "$scenes" ] || { seen="no scene" log=$0; report "$kernel" "$form" - - clean "$(date +%s%N)"; }
   [ -z "${QUICK:-}" ] || scenes=${scenes%% *}
   for scene in $scenes; do
     shorten "${kernel%%/*}" $scene
-    clean "$kernel" "$form" $scene 2,4 $build/lockstep verify --kernel "$kernel" --form "$form" --scene $build/$scene.toml --threads 2,4
+    clean "$kernel" "$form" $scene $threads $build/lockstep verify --kernel "$kernel" --form "$form" --scene $build/$scene.toml --threads $threads
   done
   # The first frames of the clump: all particles are in one cell, so all threads take one lock.
   if [ "$kernel" = fluid/step ]; then
     shorten fluid clump
-    clean "$kernel" "$form" "clump start" 4 $build/lockstep run --form "$form" --scene $build/clump.toml --threads 4 --frames 2 --out $build/clump.fluid
+    clean "$kernel" "$form" "clump start" ${threads##*,} $build/lockstep run --form "$form" --scene $build/clump.toml --threads ${threads##*,} --frames 2 --out $build/clump.fluid
   fi
 done <<< "$forms"
-[ $((passed + failed)) -gt 0 ] || { echo "no kernel ${1:-}"; failed=1; }
+[ $((passed + failed)) -gt 0 ] || { echo "no kernel $*"; failed=1; }
 kernel_rows=$((passed + failed))
 
 while read -r mistake scene; do

@@ -39,6 +39,7 @@ FIGURES = [
     "sph_locks",
     "roofline",
     "levelset_slice",
+    "sensitivity",
     "model_validation",
 ]
 

@@ -1,4 +1,5 @@
-"""Measures what figures need: measure.py PROGRAM FOLDER [--figure NAME] [--threads 1,2,4] [--quick] [--resume].
+"""Measures what figures need: measure.py PROGRAM FOLDER [--figure NAME] [--threads 1,2,4] [--shard 1/2] [--quick]
+[--resume].
 
 Runs `lockstep bench`, `scale` and `figures` for the reports and kernels that the figures name (REPORTS, see draw.py).
 Options go to the program as they are.
@@ -26,6 +27,7 @@ def needed(figures):
 def commands(program, folder, needs, options):
     """The program's command for each report."""
     more = [f"--{name}" for name in ("quick", "resume") if getattr(options, name)]
+    more += ["--shard", options.shard] if options.shard else []
     found = []
     for report, kernels in needs.items():
         if report in ("bench", "scale"):
@@ -43,6 +45,7 @@ def main():
     arguments.add_argument("folder", type=pathlib.Path)
     arguments.add_argument("--figure")
     arguments.add_argument("--threads")
+    arguments.add_argument("--shard")
     arguments.add_argument("--quick", action="store_true")
     arguments.add_argument("--resume", action="store_true")
     options = arguments.parse_args()

@@ -8,7 +8,7 @@
 
 namespace lockstep::rigid::openmp {
 
-inline constexpr int block = 512;  // pairs that are sorted at a time
+inline constexpr int block = 512;  // pairs that are sorted at a time, at most
 
 // Pairs of one kind within a block: their shapes in the order in which the formula has them, and which pair each is.
 struct Bin {

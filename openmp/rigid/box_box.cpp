@@ -18,6 +18,7 @@
 #include "common/rigid/box_faces.h"
 #include "common/rigid/narrow_phase.h"
 #include "common/simd.h"
+#include "openmp/rigid/chunks.h"
 #include "openmp/rigid/lanes.h"
 
 namespace lockstep::rigid::openmp {
@@ -184,12 +185,13 @@ void face_tests(Work& work, int first) {
 
 void box_box(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin,
              std::span<Manifold<Real>> manifolds) {
-  const int count = static_cast<int>(pairs.size());
+  constexpr int most_at_once = 256;
+  const int count = static_cast<int>(pairs.size()), vectors = chunk_of(pairs.size(), most_at_once) / lanes;
 #pragma omp parallel
   {
     Work work = {placed, pairs, margin, manifolds, {}, {}, {}};
     // Every pair is taken once, goes from queue to queue of the thread that took it, and has a manifold of its own.
-#pragma omp for schedule(dynamic, 16) nowait
+#pragma omp for schedule(dynamic, vectors) nowait
     for (int k = 0; k < count; k += lanes) face_tests(work, k);
     if (work.edge_tests.count > 0) edge_tests(work, pop(work, work.edge_tests));
     if (work.faces.count > 0) face_contacts(work, pop(work, work.faces));

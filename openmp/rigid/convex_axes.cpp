@@ -21,6 +21,7 @@
 #include "common/real.h"
 #include "common/rigid/core_axes.h"
 #include "common/simd.h"
+#include "openmp/rigid/chunks.h"
 #include "openmp/rigid/hull_components.h"
 #include "openmp/rigid/hull_lanes.h"
 #include "openmp/rigid/lanes.h"
@@ -295,15 +296,15 @@ void find_sixteen(const Placed<Real>& placed, const HullComponents& components, 
   }
 }
 
-// Pairs that a thread takes at once: enough to fill vectors with those that are near.
-constexpr int block = 256;
+// Pairs that a thread takes at once, at most: enough to fill vectors with those that are near.
+constexpr int most_at_once = 256;
 
 }  // namespace
 
 void convex_axes(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<const Simplex> simplex,
                  std::span<const Closest<Real>> closest, Real margin, std::span<SeparatingAxis<Real>> axes) {
   const HullComponents components = components_of(placed, pairs);
-  const int count = static_cast<int>(pairs.size());
+  const int count = static_cast<int>(pairs.size()), block = chunk_of(pairs.size(), most_at_once);
   // Axis k is written where pair k is met, and nowhere else. Pairs differ in work, hence dynamic.
 #pragma omp parallel for schedule(dynamic)
   for (int first = 0; first < count; first += block) {

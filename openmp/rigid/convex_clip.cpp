@@ -15,6 +15,7 @@
 #include "common/real.h"
 #include "common/rigid/clip_faces.h"
 #include "common/simd.h"
+#include "openmp/rigid/chunks.h"
 #include "openmp/rigid/hull_lanes.h"
 #include "openmp/rigid/lanes.h"
 
@@ -134,14 +135,14 @@ ManifoldLanes manifolds_of(const Placed<Real>& placed, const PairLanes& pairs, c
   return manifold;
 }
 
-// Pairs that a thread takes at once: enough to fill vectors with those that are near.
-constexpr int block = 256;
+// Pairs that a thread takes at once, at most: enough to fill vectors with those that are near.
+constexpr int most_at_once = 256;
 
 }  // namespace
 
 void convex_clip(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<const SeparatingAxis<Real>> axes,
                  Real margin, std::span<Manifold<Real>> manifolds) {
-  const int count = static_cast<int>(pairs.size());
+  const int count = static_cast<int>(pairs.size()), block = chunk_of(pairs.size(), most_at_once);
   // Manifold k is written where pair k is met, and nowhere else. Pairs differ in work, hence dynamic.
 #pragma omp parallel for schedule(dynamic)
   for (int first = 0; first < count; first += block) {

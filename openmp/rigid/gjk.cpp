@@ -27,6 +27,7 @@
 #include "common/rigid/gjk_cores.h"
 #include "common/rigid/simplex.h"
 #include "common/simd.h"
+#include "openmp/rigid/chunks.h"
 #include "openmp/rigid/full_blocks.h"
 #include "openmp/rigid/hull_lanes.h"
 #include "openmp/rigid/hull_vertices.h"
@@ -337,11 +338,11 @@ void gjk_of_chunk(const Placed<Real>& placed, std::span<const Pair> pairs, std::
 
 void gjk(const Placed<Real>& placed, std::span<const Pair> pairs, std::span<Simplex> simplex,
          std::span<Closest<Real>> closest) {
-  const std::size_t chunks = (pairs.size() + chunk_size - 1) / chunk_size;
+  const std::size_t size = chunk_of(pairs.size(), chunk_size), chunks = (pairs.size() + size - 1) / size;
   // A chunk reads and writes what belongs to its own pairs alone. Chunks differ in work, hence dynamic.
 #pragma omp parallel for schedule(dynamic)
   for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
-    const std::size_t first = chunk * chunk_size, count = std::min<std::size_t>(chunk_size, pairs.size() - first);
+    const std::size_t first = chunk * size, count = std::min(size, pairs.size() - first);
     gjk_of_chunk(placed, pairs.subspan(first, count), simplex.subspan(first, count), closest.subspan(first, count));
   }
 }

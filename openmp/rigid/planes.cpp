@@ -13,6 +13,7 @@
 #include "common/rigid/narrow_phase.h"
 #include "common/simd.h"
 #include "openmp/rigid/bins.h"
+#include "openmp/rigid/chunks.h"
 #include "openmp/rigid/lanes.h"
 
 namespace lockstep::rigid::openmp {
@@ -117,12 +118,12 @@ void collide(const Placed<Real>& placed, Bin& bin, Real margin, std::span<Manifo
 }  // namespace
 
 void planes(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, std::span<Manifold<Real>> manifolds) {
-  const int count = static_cast<int>(pairs.size());
+  const int count = static_cast<int>(pairs.size()), size = chunk_of(pairs.size(), block);
   // A block writes the manifolds of its own pairs alone. Kinds differ in work, hence dynamic.
 #pragma omp parallel for schedule(dynamic)
-  for (int begin = 0; begin < count; begin += block) {
+  for (int begin = 0; begin < count; begin += size) {
     Bin bins[kinds];
-    sort_block(pairs, begin, std::min(begin + block, count), bins, [&](const Pair& pair) -> Place {
+    sort_block(pairs, begin, std::min(begin + size, count), bins, [&](const Pair& pair) -> Place {
       const auto [a, b] = pair;
       const int kind_a = placed.colliders.kind[a], kind_b = placed.colliders.kind[b];
       const bool turned = static_cast<Kind>(kind_b) == Kind::plane;

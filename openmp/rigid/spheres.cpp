@@ -10,6 +10,7 @@
 #include "common/rigid/round_contacts.h"
 #include "common/simd.h"
 #include "openmp/rigid/bins.h"
+#include "openmp/rigid/chunks.h"
 #include "openmp/rigid/lanes.h"
 
 namespace lockstep::rigid::openmp {
@@ -78,12 +79,12 @@ void collide(const Placed<Real>& placed, Bin& bin, Real margin, std::span<Manifo
 
 void spheres(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin,
              std::span<Manifold<Real>> manifolds) {
-  const int count = static_cast<int>(pairs.size());
+  const int count = static_cast<int>(pairs.size()), size = chunk_of(pairs.size(), block);
   // A block writes the manifolds of its own pairs alone. Forms differ in work, hence dynamic.
 #pragma omp parallel for schedule(dynamic)
-  for (int begin = 0; begin < count; begin += block) {
+  for (int begin = 0; begin < count; begin += size) {
     Bin bins[round_forms];
-    sort_block(pairs, begin, std::min(begin + block, count), bins, [&](const Pair& pair) -> Place {
+    sort_block(pairs, begin, std::min(begin + size, count), bins, [&](const Pair& pair) -> Place {
       const auto [a, b] = pair;
       const Kind kind_a = static_cast<Kind>(placed.colliders.kind[a]),
                  kind_b = static_cast<Kind>(placed.colliders.kind[b]);

@@ -129,6 +129,14 @@ def some_of(mutants, n):
     return [ring[(first + k) % len(ring)] for k in range(min(n, len(ring)))]
 
 
+def share_of(mutants, shard):
+    """Those of shard "2/3", the second of three; the rule is that of verify/shard.h."""
+    numbers = re.fullmatch(r"([1-9][0-9]{0,5})/([1-9][0-9]{0,5})", shard)
+    if not numbers or int(numbers[1]) > int(numbers[2]):
+        raise Error(f"--shard {shard}: expected I/N with 1 <= I <= N, such as 2/3")
+    return mutants[int(numbers[1]) - 1 :: int(numbers[2])]
+
+
 class Build:
     """A built program: its folder and its commands to compile and link. Makes changed programs from it."""
 
@@ -258,6 +266,7 @@ def main():
         "--kernel", help="only the mutants of this kernel, or of all of a domain: fluid/densities, fluid"
     )
     options.add_argument("--some", type=int, metavar="N", help="only N, others every day, so that all have their turn")
+    options.add_argument("--shard", metavar="I/N", help="only the I-th of N shares of what is selected")
     options.add_argument("--build", default="build/avx512", help="the folder of the normal build, made before")
     options.add_argument("--tsan-build", default="build/tsan", help="the folder of the thread sanitizer's build")
     for words in ("compile", "link", "libs", "tsan-compile", "tsan-link", "tsan-make"):
@@ -274,6 +283,11 @@ def main():
         raise Error(f"no mutants of {options.kernel}")
     if options.some:
         mutants = some_of(mutants, options.some)
+    if options.shard and not (mutants := share_of(mutants, options.shard)):
+        print("0 caught, 0 survived")
+        return 0
+    # Shards that share a folder each have an unchanged program of their own.
+    unchanged = "unchanged" + ("-" + options.shard.replace("/", "of") if options.shard else "")
 
     builds = {}
     if any(not m.tsan for m in mutants):
@@ -288,7 +302,7 @@ def main():
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         for tsan, build in builds.items():
             files = {m.file: pathlib.Path(m.file).read_text() for m in mutants if m.tsan == tsan}
-            program = build.make("unchanged", files, pool.map)
+            program = build.make(unchanged, files, pool.map)
 
             def check(numbered):
                 (number, selection), start = numbered, time.monotonic()
@@ -297,7 +311,7 @@ def main():
                 usual[tsan, selection] = time.monotonic() - start
 
             list(pool.map(check, enumerate(dict.fromkeys(m.selection for m in mutants if m.tsan == tsan))))
-            build.clear("unchanged")
+            build.clear(unchanged)
     print(f"the unchanged program passes all {len(usual)} selections")
 
     def try_mutant(mutant):
