@@ -38,6 +38,7 @@ FIGURES = [
     "levelset_slice",
     "model_validation",
 ]
+OPTIONAL = ["peers"]  # drawn where FOLDER has their report, of the same name, which measure.py does not make
 
 STYLE = """
 body { font: 15px/1.45 sans-serif; max-width: 1180px; margin: 1.5em auto; padding: 0 1em; color: #111; }
@@ -175,15 +176,16 @@ def machine_section(data):
     )
 
 
-def chosen(name=None):
-    """The modules of all figures, or of one."""
-    if name not in (None, *FIGURES):
-        raise source.Missing(f"no figure {name}, expected one of: {', '.join(FIGURES)}")
-    return {figure: importlib.import_module(figure) for figure in ([name] if name else FIGURES)}
+def chosen(name=None, folder=None):
+    """The modules of all figures, those of OPTIONAL where the folder has their reports, or of one."""
+    if name not in (None, *FIGURES, *OPTIONAL):
+        raise source.Missing(f"no figure {name}, expected one of: {', '.join([*FIGURES, *OPTIONAL])}")
+    there = [figure for figure in OPTIONAL if folder and (folder / f"{figure}.json").exists()]
+    return {figure: importlib.import_module(figure) for figure in ([name] if name else [*FIGURES, *there])}
 
 
 def main(folder, name=None):
-    figures = chosen(name)
+    figures = chosen(name, folder)
     data = source.load(folder, list(dict.fromkeys(report for figure in figures.values() for report in figure.REPORTS)))
     tables = {name: figure.table(data) for name, figure in figures.items()}
     sections = []
