@@ -2,6 +2,7 @@
 // values have the surface as their zero.
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/FastSweeping.h>
+#include <openvdb/tools/SignedFloodFill.h>
 #include <tbb/global_control.h>
 
 #include <algorithm>
@@ -25,7 +26,8 @@ void for_each_point(const Scene& scene, const F& f) {
         f(x, y, z, std::abs(signed_distance(scene.shapes, scene.grid.position(x, y, z))));
 }
 
-// The scene's values at the points within its band, and nothing else.
+// The scene's values at the points within its band, and nothing else. What is not there has the sign of its side:
+// otherwise the band's inner edge would be a surface.
 openvdb::FloatGrid::Ptr grid_of(const Scene& scene) {
   const double farthest = std::min(scene.band, 1e6);
   auto grid = openvdb::FloatGrid::create(static_cast<float>(farthest));
@@ -34,6 +36,7 @@ openvdb::FloatGrid::Ptr grid_of(const Scene& scene) {
   for_each_point(scene, [&](int x, int y, int z, double exact) {
     if (exact <= farthest) at.setValue({x, y, z}, scene.phi(x, y, z));
   });
+  openvdb::tools::signedFloodFill(grid->tree());
   return grid;
 }
 
