@@ -1,8 +1,8 @@
 # All commands of the project; `make help` lists them.
 
 # A variable that no command knows is a mistake, such as threads=2 or KERNELS=fluid.
-variables := KERNEL FORM SCENE THREADS VARIANT FRAMES OUT RESUME FORCE QUICK FULL SOME SHARD SECONDS TARGET STEPS WIDTH FIGURE \
-  FAILED ISA BUILD CXX FLAGS LIBS PYTHON
+variables := KERNEL FORM SCENE THREADS VARIANT FRAMES OUT RESUME FORCE QUICK FULL SOME SHARD SECONDS TARGET STEPS WIDTH \
+  FIGURE FAILED ONLY ADD ISA BUILD CXX FLAGS LIBS PYTHON
 # Words of a value, such as those of FLAGS, stand beside the names; they begin with a dash.
 given := $(foreach word,$(filter-out -%,$(MAKEOVERRIDES)),$(if $(findstring =,$(word)),$(firstword $(subst =, ,$(word)))))
 $(foreach name,$(filter-out $(variables),$(given)),$(error unknown variable $(name), expected one of: $(variables)))
@@ -62,7 +62,7 @@ $(untimed): level = -O1
 # The linker keeps the first copy of an inline function, so those at -O1 come last.
 in_order = $(filter-out $(untimed),$^) $(filter $(untimed),$^)
 
-.PHONY: all deps list verify test bench figures pictures gallery run view diff mutants tsan tsan-build sanitize determinism nightly portable fuzz endure extremes clean help
+.PHONY: all deps list verify test bench figures peers pictures gallery run view diff mutants tsan tsan-build sanitize determinism nightly portable fuzz endure extremes clean help
 .DELETE_ON_ERROR:
 
 all: build/lockstep  ## build everything, with the best ISA of this machine (ISA=avx512|avx2|portable)
@@ -86,6 +86,7 @@ test: $(BUILD)/unit_tests build/lockstep  ## unit, property and fault tests
 	$(PYTHON) tests/frames_test.py
 	$(PYTHON) tests/shards_test.py
 	LOCKSTEP=build/lockstep $(PYTHON) -B tests/nightly_test.py
+	$(PYTHON) tests/peers_test.py
 	$(PYTHON) tests/view_test.py
 	xvfb-run -a $(PYTHON) tests/gallery_test.py
 	LOCKSTEP=build/lockstep $(BUILD)/unit_tests --gtest_brief=1
@@ -96,8 +97,13 @@ bench: build/lockstep  ## time every kernel (KERNEL= FORM= SCENE= THREADS=all SH
 figures: build/lockstep  ## redraw the papers' figures into build/figures/ (QUICK=1: rough, THREADS=all, RESUME=1: go on, FIGURE=scalability: one, SHARD=1/2: measure a share, draw nothing)
 	$(PYTHON) notes/figures/measure.py build/lockstep $(drawn) $(if $(FIGURE),--figure '$(FIGURE)') \
 	  $(if $(THREADS),--threads $(THREADS)) $(quick) $(resume) $(shard)
+	@test ! -f build/peers.json || cp build/peers.json $(drawn)
 	$(if $(SHARD),,$(PYTHON) notes/figures/draw.py $(drawn) $(FIGURE))
 drawn = build/figures$(of_shard)$(if $(FIGURE),/$(FIGURE))
+
+peers:  ## time other libraries on the same work, in turn with ours: Bullet, ODE, OpenVDB, hypre, Eigen, CHOLMOD, libccd; installs their packages (ONLY=bullet/pyramid_24, ADD=rows.json); build/peers.json
+	@$(PYTHON) -B notes/peers/compare.py build/peers.json --programs $(BUILD)/peers \
+	  --make 'env -u MAKEFLAGS -u MAKELEVEL make ISA=$(ISA) BUILD=$(BUILD)' $(if $(ONLY),--only '$(ONLY)') $(if $(ADD),--add '$(ADD)')
 
 pictures: build/lockstep  ## render README's pictures, notes/pictures/*.png, from frames of our own
 	for run in castle_hit:54 dam_break_100k:200 garment:150 mesh_96:1 falling_drop:20 glass_48:22 \
@@ -207,6 +213,22 @@ $(BUILD)/lockstep: $(kernel) $(verify)
 
 $(BUILD)/unit_tests: $(kernel) $(filter-out $(BUILD)/verify/main.o,$(verify)) $(tests)
 	@echo "link $@" && $(LINK) $(in_order) $(LIBS) -lccd -lcholmod -lgtest_main -lgtest -pthread -o $@
+
+# The programs of make peers. A peer's templates may fuse what ours may not; its objects come behind the kernels', whose
+# copies of inline functions the linker keeps.
+peer_flags_bullet  = -isystem /usr/include/bullet
+peer_libs_bullet   = -lBulletDynamics -lBulletCollision -lLinearMath
+peer_libs_ode      = -lode
+peer_libs_openvdb  = -lopenvdb -ltbb
+peer_flags_hypre   = $(addprefix -isystem ,/usr/include/hypre $(patsubst -I%,%,$(filter -I%,$(shell mpicxx --showme:compile))))
+peer_libs_hypre    = -lHYPRE $(shell mpicxx --showme:link)
+peer_libs_cholmod  = -lcholmod
+peer_libs_libccd   = -lccd
+peer_shared := $(patsubst %,$(BUILD)/notes/peers/%.o,peer rigid pressure)
+.SECONDARY: $(peer_shared) $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard notes/peers/*.cpp))
+$(BUILD)/notes/peers/%.o: private FLAGS += -ffp-contract=fast $(peer_flags_$(notdir $*))
+$(BUILD)/peers/%: $(kernel) $(filter-out $(BUILD)/verify/main.o,$(verify)) $(peer_shared) $(BUILD)/notes/peers/%.o
+	@mkdir -p $(@D) && echo "link $@" && $(LINK) $(in_order) $(LIBS) $(peer_libs_$*) -o $@
 
 level = -O3
 compiler = @mkdir -p $(@D) && echo "compile $@" && $(CXX) $(FLAGS:-O3=$(level)) -I. -I$(BUILD)

@@ -262,7 +262,8 @@ class Figures(unittest.TestCase):
 
     def test_every_figure_stands_in_the_index_and_beside_it(self):
         modules = {path.stem for path in FOLDER.glob("*.py") if "\nPAPER_FIGURE = " in path.read_text()}
-        self.assertEqual(modules, set(draw.FIGURES))
+        self.assertEqual(modules, {*draw.FIGURES, *draw.OPTIONAL})
+        modules = set(draw.FIGURES)  # the others have no report here: tests/peers_test.py
         for name in modules:
             self.assertIn(f"<section id='{name}'>", self.index)
             self.assertIn(f"<a href='#{name}'>", self.index)

@@ -65,6 +65,8 @@ TEST(Make, PassesOnWhatItIsGiven) {
   has("figures FIGURE=sph_locks THREADS=all RESUME=1", "--threads all");
   has("figures FIGURE=sph_locks THREADS=all RESUME=1", "--resume");
   has("figures FIGURE=sph_locks", "draw.py build/figures/sph_locks sph_locks");
+  has("peers", "compare.py build/peers.json --programs build/");
+  has("peers ONLY=ode/castle ADD=rows.json", "--only 'ode/castle' --add 'rows.json'");
 }
 
 TEST(Make, DiffShowsAFormAlone) {

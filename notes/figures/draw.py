@@ -42,6 +42,7 @@ FIGURES = [
     "sensitivity",
     "model_validation",
 ]
+OPTIONAL = ["peers"]  # drawn where FOLDER has their report, of the same name, which measure.py does not make
 
 NOTES = pathlib.Path(__file__).resolve().parent.parent
 
@@ -238,15 +239,16 @@ def machine_section(data):
     )
 
 
-def chosen(name=None):
-    """The modules of all figures, or of one."""
-    if name not in (None, *FIGURES):
-        raise source.Missing(f"no figure {name}, expected one of: {', '.join(FIGURES)}")
-    return {figure: importlib.import_module(figure) for figure in ([name] if name else FIGURES)}
+def chosen(name=None, folder=None):
+    """The modules of all figures, those of OPTIONAL where the folder has their reports, or of one."""
+    if name not in (None, *FIGURES, *OPTIONAL):
+        raise source.Missing(f"no figure {name}, expected one of: {', '.join([*FIGURES, *OPTIONAL])}")
+    there = [figure for figure in OPTIONAL if folder and (folder / f"{figure}.json").exists()]
+    return {figure: importlib.import_module(figure) for figure in ([name] if name else [*FIGURES, *there])}
 
 
 def main(folder, name=None):
-    figures = chosen(name)
+    figures = chosen(name, folder)
     data = source.load(folder, list(dict.fromkeys(report for figure in figures.values() for report in figure.REPORTS)))
     tables = {name: figure.table(data) for name, figure in figures.items()}
     claims = claims_of(figures, tables)

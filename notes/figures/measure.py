@@ -19,6 +19,8 @@ def needed(figures):
     needs = {}
     for figure in figures.values():
         for report, kernels in figure.REPORTS.items():
+            if report in draw.OPTIONAL:
+                continue
             both = needs.get(report, []), kernels
             needs[report] = None if None in both else list(dict.fromkeys([*both[0], *both[1]]))
     return needs
