@@ -58,9 +58,11 @@ Batches in_batches(const std::vector<std::int32_t>& batch_of, int count) {
   return batches;
 }
 
-}  // namespace
-
-Batches make_batches(std::span<const std::int32_t> a, std::span<const std::int32_t> b, std::span<const char> movable) {
+// Each constraint joins batch choice(i, j, taken), of those in 0 .. 63 that are not taken at either of its objects i
+// and j, or the earliest batch after these if all are.
+template <class Choice>
+Batches choose(std::span<const std::int32_t> a, std::span<const std::int32_t> b, std::span<const char> movable,
+               Choice choice) {
   std::vector<std::uint64_t> first(movable.size());  // [object]: batches 0 .. 63
   LaterBatches later;
   const auto join_later = [&](std::int32_t i, std::int32_t j) {
@@ -79,7 +81,7 @@ Batches make_batches(std::span<const std::int32_t> a, std::span<const std::int32
     const std::int32_t i = a[k], j = b[k];
     const std::uint64_t taken = (movable[i] ? first[i] : 0) | (movable[j] ? first[j] : 0);
     if (taken != full_word) {
-      batch_of[k] = std::countr_one(taken);
+      batch_of[k] = choice(i, j, taken);
       first[i] |= bit_of(batch_of[k]);
       first[j] |= bit_of(batch_of[k]);
     } else {
@@ -88,6 +90,26 @@ Batches make_batches(std::span<const std::int32_t> a, std::span<const std::int32
     batches = std::max(batches, batch_of[k] + 1);
   }
   return in_batches(batch_of, batches);
+}
+
+}  // namespace
+
+Batches make_batches(std::span<const std::int32_t> a, std::span<const std::int32_t> b, std::span<const char> movable) {
+  return choose(a, b, movable,
+                [](std::int32_t, std::int32_t, std::uint64_t taken) { return std::countr_one(taken); });
+}
+
+Batches make_folded_levels(std::span<const std::int32_t> a, std::span<const std::int32_t> b,
+                           std::span<const char> movable) {
+  constexpr std::uint64_t ring = bit_of(ring_batches) - 1;
+  std::vector<std::int32_t> next(movable.size(), 0);  // [object]: the turn after that of its last constraint
+  return choose(a, b, movable, [&](std::int32_t i, std::int32_t j, std::uint64_t taken) {
+    if ((taken & ring) == ring) return std::countr_one(taken);
+    int turn = std::max(movable[i] ? next[i] : 0, movable[j] ? next[j] : 0);
+    while (taken & bit_of(turn % ring_batches)) ++turn;
+    next[i] = next[j] = turn + 1;
+    return turn % ring_batches;
+  });
 }
 
 Batches make_levels(std::span<const std::int32_t> a, std::span<const std::int32_t> b, std::span<const char> movable) {

@@ -32,4 +32,16 @@ Batches make_batches(std::span<const std::int32_t> a, std::span<const std::int32
 // either of its objects. Solving batch after batch then does what solving in the original order does, bit for bit.
 Batches make_levels(std::span<const std::int32_t> a, std::span<const std::int32_t> b, std::span<const char> movable);
 
+// Levels folded into a ring of `ring_batches` batches: as parallel as few batches, and nearly as good an order as the
+// original one. A constraint's turn comes after those of the last constraints at either of its objects, as its level
+// does; it joins batch turn % ring_batches. If one of its objects is in that batch already, it takes the next turn that
+// is free for both; if no batch of the ring is, the earliest batch behind the ring. One sweep then passes news on along
+// up to `ring_batches` constraints of a chain, while in earliest batches those of a chain alternate between two.
+//
+// Objects in m constraints each end up in at most max(ring_batches, 2 m - 1) batches. Time and memory as make_batches,
+// and 4 bytes an object.
+inline constexpr int ring_batches = 8;
+Batches make_folded_levels(std::span<const std::int32_t> a, std::span<const std::int32_t> b,
+                           std::span<const char> movable);
+
 }  // namespace lockstep

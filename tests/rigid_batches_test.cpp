@@ -36,10 +36,13 @@ TEST(ContactBatches, OfThePapersFourBodies) {
   EXPECT_EQ(lists_of(make_levels(a, b, std::vector<char>{1, 1, 1, 0})), (Lists{{0}, {1, 3}, {2}}));
 }
 
-TEST(ContactBatches, AreAtMostTwiceTheDegreeAndHaveNoBodyTwice) {
+// Each contact once, no body that moves twice in a batch, at most `most(degree)` batches of bodies in `degree`
+// contacts, and the same at every number of threads.
+template <class Most>
+void expect_batches(ReorderContacts<float>& serial, ReorderContacts<float>& parallel, Most most) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     const Problem<float> p = crowd(20 + 10 * seed, 300, .04 * seed, seed);
-    const Batches batches = serial::batches(p.manifolds, p.body, p.bodies);
+    const Batches batches = serial(p.manifolds, p.body, p.bodies);
     std::vector<int> degree(p.bodies.count), times(p.manifolds.size());
     for (const Manifold<float>& m : p.manifolds)
       for (const int body : {p.body[m.a], p.body[m.b]}) degree[body] += p.bodies.inverse_mass[body].w > 0;
@@ -53,12 +56,64 @@ TEST(ContactBatches, AreAtMostTwiceTheDegreeAndHaveNoBodyTwice) {
       }
     }
     EXPECT_EQ(times, std::vector<int>(p.manifolds.size(), 1));
-    EXPECT_LE(batches.count(), 2 * std::ranges::max(degree) - 1);
+    EXPECT_LE(batches.count(), most(std::ranges::max(degree)));
     for (const int threads : thread_counts) {
       omp_set_num_threads(threads);
-      const Batches openmp = openmp::batches(p.manifolds, p.body, p.bodies);
+      const Batches openmp = parallel(p.manifolds, p.body, p.bodies);
       EXPECT_TRUE(openmp.order == batches.order && openmp.begin == batches.begin);
     }
+  }
+}
+
+TEST(ContactBatches, AreAtMostTwiceTheDegreeAndHaveNoBodyTwice) {
+  expect_batches(serial::batches, openmp::batches, [](int degree) { return 2 * degree - 1; });
+}
+
+TEST(FoldedLevels, AreAtMostARingOrTwiceTheDegreeAndHaveNoBodyTwice) {
+  expect_batches(serial::batches_folded, openmp::batches_folded,
+                 [](int degree) { return std::max(ring_batches, 2 * degree - 1); });
+}
+
+// The turns of a chain go round the ring, whichever batches are empty.
+TEST(FoldedLevels, OfAChainGoRoundTheRing) {
+  std::vector<std::int32_t> a, b;
+  for (int k = 0; k < 3 * ring_batches + 1; ++k) a.push_back(k), b.push_back(k + 1);
+  const Lists folded = lists_of(make_folded_levels(a, b, std::vector<char>(a.size() + 1, 1)));
+  ASSERT_EQ(folded.size(), std::size_t(ring_batches));
+  for (std::int32_t k = 0; k < static_cast<std::int32_t>(a.size()); ++k)
+    EXPECT_EQ(std::ranges::count(folded[k % ring_batches], k), 1) << k;
+}
+
+// Where the levels are no more than the ring has batches, each is one.
+TEST(FoldedLevels, AreLevelsWhileTheseAreFew) {
+  EXPECT_EQ(make_folded_levels({}, {}, {}).count(), 0);
+  std::mt19937 random(4);
+  int graphs = 0;
+  for (int graph = 0; graph < 200; ++graph) {
+    const int objects = 40, constraints = random() % 60;
+    std::vector<char> movable(objects);
+    for (char& m : movable) m = random() % 10 != 0;
+    std::vector<std::int32_t> a, b;
+    for (int k = 0; k < constraints; ++k) {
+      a.push_back(random() % objects);
+      b.push_back((a.back() + 1 + random() % (objects - 1)) % objects);
+    }
+    const Batches levels = make_levels(a, b, movable);
+    if (levels.count() > ring_batches) continue;
+    ++graphs;
+    EXPECT_EQ(lists_of(make_folded_levels(a, b, movable)), lists_of(levels));
+  }
+  EXPECT_GT(graphs, 100);
+}
+
+// A star's constraints share its centre: each is a batch of its own, also behind the ring and behind the first 64.
+TEST(FoldedLevels, OfAStarAreAsManyAsItsConstraints) {
+  for (const std::int32_t leaves : {ring_batches, ring_batches + 1, 64, 65, 200}) {
+    std::vector<std::int32_t> a(leaves, 0), b;
+    for (std::int32_t k = 1; k <= leaves; ++k) b.push_back(k);
+    const Batches folded = make_folded_levels(a, b, std::vector<char>(leaves + 1, 1));
+    EXPECT_EQ(folded.count(), leaves);
+    EXPECT_TRUE(std::ranges::is_sorted(folded.order));
   }
 }
 

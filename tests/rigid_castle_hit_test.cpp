@@ -25,6 +25,7 @@ struct Struck {
 Struck strike(double push, int relax_sweeps) {
   const Scene scene = load_scene("scenes/rigid/castle_hit.toml");
   StepSettings settings = verify::settings_of(scene);
+  settings.solver.substeps = 10;
   settings.solver.max_bias_velocity = push;
   settings.solver.relax_sweeps = relax_sweeps;
   World<float> world = scene.world;

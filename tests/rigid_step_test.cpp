@@ -84,14 +84,14 @@ TEST(RigidStep, PyramidStandsForTenSeconds) {
   for (int body = 1; body < run.world.bodies.count; ++body) EXPECT_LT(run.gone(body), .05) << body;
 }
 
-// With a damping ratio of 10, as in shorter substeps, it breathes: .008 J a body, boxes 4 mm deep and back.
+// With a damping ratio of 10, as in shorter substeps, and earliest batches it breathes: .003 J a body.
 TEST(RigidStep, PyramidComesToRestInFourSubsteps) {
   SceneRun run("pyramid_24_at_4");
   run.steps(600);
   std::printf("  pyramid_24_at_4: %.2g J a body, deepest %.2f mm\n", run.kinetic_energy(), 1e3 * run.deepest());
   EXPECT_LT(run.kinetic_energy(), 5e-7);
   EXPECT_LT(run.deepest(), .002);
-  for (int body = 1; body < run.world.bodies.count; ++body) EXPECT_LT(run.gone(body), .12) << body;
+  for (int body = 1; body < run.world.bodies.count; ++body) EXPECT_LT(run.gone(body), .05) << body;
 }
 
 // The last brick of the top course has its centre beyond the edge of what it stands on (.51 m along, on a brick that

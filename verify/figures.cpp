@@ -145,7 +145,7 @@ void levelset_slice(const FigureOptions&, const Model&, RowsOf& rows) {
     }
 }
 
-// Gain and cost of reordering contacts into batches: ten substeps over the settled contacts of a scene, in the original
+// Gain and cost of reordering contacts into batches: one step over the settled contacts of a scene, in the original
 // order (as parallel as it allows), and in batches with the time to make them. Also the sizes of the batches.
 void contact_batches(const FigureOptions& options, const Model& model, RowsOf& rows) {
   using namespace rigid;

@@ -20,6 +20,7 @@
 
 #include "common/math.h"
 #include "common/rigid/rotation.h"
+#include "common/rigid/truth.h"
 #include "common/rigid/world.h"
 
 namespace lockstep::rigid {
@@ -31,9 +32,10 @@ inline constexpr float face_widening = 4e-6f;
 // and in y at most, and in an angle of the clipped polygon, which is not below 35 degrees where two corners meet, 1.75
 // times that.
 inline constexpr float same_point = 1e-5f;
-// cos 8 degrees. Where two edges win but the faces beside them are at most this far from the normal, the faces are
-// clipped. Off by more, two faces part so fast that points farther than margin / tan 8 = 7 margins from the deepest are
-// no contacts in any case. A box at rest is out of flush by about a margin or less, far below this angle.
+// cos 8 degrees. Where two edges win but a face beside one of them is at most this far from the normal, faces are
+// clipped: that face against the one of the other box that is most nearly opposite. Off by more, two faces part so fast
+// that points farther than margin / tan 8 = 7 margins from the deepest are no contacts in any case. A box at rest is
+// out of flush by about a margin or less, far below this angle.
 inline constexpr float flush_cosine = .990268f;
 
 using lockstep::select;  // not hidden by those below
@@ -53,6 +55,17 @@ struct Three {
 template <class Mask, class T>
 [[gnu::always_inline]] inline Three<T> select(const Mask& mask, const Three<T>& a, const Three<T>& b) {
   return {select(mask, a[0], b[0]), select(mask, a[1], b[1]), select(mask, a[2], b[2])};
+}
+
+template <class T>
+[[gnu::always_inline]] inline Three<T> opposite(const Three<T>& v) {
+  return {-v[0], -v[1], -v[2]};
+}
+
+// Whether a face is nearly flush with a unit normal, of which this is the part along the face's axis.
+template <class T>
+[[gnu::always_inline]] inline Truth<T> is_flush(const T& part) {
+  return abs(part) >= T(flush_cosine);
 }
 
 template <class T>

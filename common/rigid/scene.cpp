@@ -9,6 +9,7 @@
 
 #include "common/input_error.h"
 #include "common/mesh_file.h"
+#include "common/rigid/contact_solver.h"
 #include "common/rigid/make.h"
 #include "common/rigid/scene_values.h"
 #include "common/scene_reader.h"
@@ -200,7 +201,7 @@ Scene load_scene(const std::string& path) {
                   "stack", "wall", "castle", "dominoes", "pit", "soup"});
   const int frames = *whole_int(scene, "frames", 1);
   const int rest = whole_int(scene, "rest", 0).value_or(0), settle = whole_int(scene, "settle", 0).value_or(0);
-  const int iterations = whole_int(scene, "iterations", 1).value_or(10);
+  const int iterations = whole_int(scene, "iterations", 1).value_or(SolverSettings{}.substeps);
   const double time_step = number_between(scene, "time_step", 1e-6, 1, "s").value_or(1. / 60);
   const Vector gravity = scene.contains("gravity") ? near_vector(scene, "gravity", "m/s^2") : Vector{0, -9.81, 0};
 

@@ -3,7 +3,7 @@
 //   place_colliders, broad phase, plane_pairs, narrow_phase, match_contacts, batches, contact solver, integrate
 //
 //   original   contacts solved in the order of their pairs
-//   batches    contacts reordered into batches without conflicts
+//   batches    contacts reordered into batches without conflicts (batches_folded, common/rigid/batches.h)
 //
 // In, out: world.bodies; the memory of the last step. Source: [LRB08] Figure 4; [ITJ07] "Game Physics".
 #pragma once

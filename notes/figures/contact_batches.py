@@ -70,7 +70,7 @@ def in_short(rows):
 def here(rows):
     most = source.most_cores(rows)
     paragraphs = [
-        "Settled scenes, ten substeps. Above: speed-up over the scalar serial solver in the original order, by lanes"
+        "Settled scenes, one step. Above: speed-up over the scalar serial solver in the original order, by lanes"
         " and threads together; this is the paper's measure. Middle: speed-up over the same code on one core, by"
         " threads alone. The original order runs in parallel as far as its dependences allow, and keeps its bits."
         " Batches include the time to make them. Below: contacts in each batch; a vector holds sixteen. Times are the"

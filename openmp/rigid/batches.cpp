@@ -1,9 +1,9 @@
 // Puts contacts into batches without conflicts.
 //
 // Which batch a contact joins depends on every earlier contact at its bodies, and so on: a chain through the whole
-// pile. `batches` reads contacts in parallel and chooses in sequence. `batches_parallel` makes the choice in parallel,
-// too (openmp/batches.h). Its slabs lie across x, because piles are numbered layer by layer upwards, and chains climb
-// with the numbers. Costs, and where it would pay: notes/batches.md.
+// pile. `batches` and `batches_folded` read contacts in parallel and choose in sequence. `batches_parallel` makes the
+// choice in parallel, too (openmp/batches.h). Its slabs lie across x, because piles are numbered layer by layer
+// upwards, and chains climb with the numbers. Costs, and where it would pay: notes/batches.md.
 //
 // Source: [LRB08] Figure 13. The contract stands in common/rigid/batches.h, the rule in common/batches.cpp.
 #include "common/rigid/batches.h"
@@ -43,6 +43,12 @@ Batches batches(std::span<const Manifold<Real>> manifolds, std::span<const std::
                 const Bodies<Real>& bodies) {
   const auto [a, b, movable] = constraints_of(manifolds, body, bodies);
   return make_batches(a, b, movable);
+}
+
+Batches batches_folded(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
+                       const Bodies<Real>& bodies) {
+  const auto [a, b, movable] = constraints_of(manifolds, body, bodies);
+  return make_folded_levels(a, b, movable);
 }
 
 Batches batches_parallel(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,

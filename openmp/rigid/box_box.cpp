@@ -118,18 +118,23 @@ LOCKSTEP_INLINE void edge_contact(const Block& block, const Pose<floatv>& pose_a
   manifold.feature[0] = point.feature;
 }
 
-// Sixteen pairs whose axis is a face's, or of edges of faces nearly flush.
+// Sixteen pairs whose axis is a face's, or of edges of which one has a face beside it that is nearly flush.
 void face_contacts(Work& work, const Block& block) {
   const auto& [number, separation] = block.axis;
-  const maskv on_b = (number >= 3) & (number < 6), of_edges = number >= 6;
+  const maskv of_edges = number >= 6;
+  maskv on_b = (number >= 3) & (number < 6);
   intv face = select(on_b, number - 3, number);
   const floatv offset = select(on_b, -along_b(block.boxes, block.boxes.offset)[face], block.boxes.offset[face]);
   const floatv sign = select(offset < 0.f, floatv(-1), 1.f);
   Three<floatv> normal = {select(face == 0, sign, 0.f), select(face == 1, sign, 0.f), select(face == 2, sign, 0.f)};
   if (any(of_edges)) {
     const intv i = axis_a(number), j = number - 6 - 3 * i;
-    const Three<floatv> across = edge_normal(block.boxes, i, j);
-    normal = select(of_edges, across, normal), face = select(of_edges, longest(across), face);
+    const Three<floatv> across = edge_normal(block.boxes, i, j), across_b = along_b(block.boxes, across);
+    const intv face_a = longest(across), face_b = longest(across_b);
+    const maskv edges_on_a = of_edges & is_flush(across[face_a]), edges_on_b = of_edges & ~edges_on_a;
+    normal = select(edges_on_a, across, select(edges_on_b, opposite(across_b), normal));
+    face = select(edges_on_a, face_a, select(edges_on_b, face_b, face));
+    on_b |= edges_on_b;
   }
   ManifoldLanes manifold;
   manifold.a = load(block.collider.a.index), manifold.b = load(block.collider.b.index);
@@ -161,7 +166,7 @@ void edge_tests(Work& work, const Block& untested) {
     const intv i = axis_a(block.axis.number), j = block.axis.number - 6 - 3 * i;
     const Three<floatv> normal = edge_normal(block.boxes, i, j), normal_b = along_b(block.boxes, normal);
     const intv face_a = longest(normal), face_b = longest(normal_b);
-    points &= ~(min(abs(normal[face_a]), abs(normal_b[face_b])) >= flush_cosine);
+    points &= ~(is_flush(normal[face_a]) | is_flush(normal_b[face_b]));
   }
   go_on(work, work.faces, block, active & ~points, face_contacts);
   go_on(work, work.edges, block, points, edge_contacts);

@@ -3,6 +3,9 @@
 // The rule is first fit, a greedy graph colouring. It looks at each contact once. Piles of bodies that touch d others
 // need at most 2 d - 1 batches. Early batches are full, late ones small.
 //
+// `batches_folded` keeps more of the original order: it goes round a ring of batches, so that a contact comes after
+// those before it at its bodies wherever a chain of contacts is shorter than the ring.
+//
 // Source: [LRB08] Figure 13. The contract stands in common/rigid/batches.h, the rule in common/batches.cpp.
 #include "common/rigid/batches.h"
 
@@ -37,6 +40,12 @@ Batches batches(std::span<const Manifold<Real>> manifolds, std::span<const std::
                 const Bodies<Real>& bodies) {
   const auto [a, b, movable] = constraints_of(manifolds, body, bodies);
   return make_batches(a, b, movable);
+}
+
+Batches batches_folded(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
+                       const Bodies<Real>& bodies) {
+  const auto [a, b, movable] = constraints_of(manifolds, body, bodies);
+  return make_folded_levels(a, b, movable);
 }
 
 }  // namespace lockstep::rigid::serial

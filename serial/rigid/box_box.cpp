@@ -9,9 +9,10 @@
 // incident face) is clipped against it. Of the points that both have four are kept, the deepest first, then those that
 // support the most area.
 //
-// If two edges gave the axis, they touch in one point. But where they belong to faces nearly flush, as in a stack,
-// those faces are clipped along the edges' normal, so that contacts do not appear and disappear where two axes are
-// nearly equal and rounding decides between them.
+// If two edges gave the axis, they touch in one point. But where a face beside one of them is nearly flush with their
+// normal, the other box lies on that face, with a face, as in a stack, or with an edge that crosses two of its borders.
+// Then faces are clipped along the edges' normal, so that contacts do not appear and disappear, or jump from border to
+// border, where two axes are nearly equal and rounding decides between them.
 //
 // Source: [LRB08] "Collision Detection", Figure 10; Gottschalk, Lin and Manocha, SIGGRAPH 1996 (axes); Ericson,
 //         Real-Time Collision Detection (2005), 4.4.1 and 5.1.9; Liang and Barsky, ACM Trans. Graphics 3 (1984)
@@ -80,8 +81,10 @@ void box_box(const Placed<Real>& placed, std::span<const Pair> pairs, Real margi
       const int i = axis_a(number), j = number - 6 - 3 * i;
       const Three<Real> normal = edge_normal(boxes, i, j), normal_b = along_b(boxes, normal);
       const int face_a = longest(normal), face_b = longest(normal_b);
-      if (min(abs(normal[face_a]), abs(normal_b[face_b])) >= Real(flush_cosine))
+      if (is_flush(normal[face_a]))
         face_contact(boxes, pose_a, false, face_a, normal, margin, separation, manifold);
+      else if (is_flush(normal_b[face_b]))
+        face_contact(boxes, pose_b, true, face_b, opposite(normal_b), margin, separation, manifold);
       else
         edge_contact(boxes, pose_a, i, j, normal, normal_b, separation, manifold);
     }

@@ -70,8 +70,8 @@ void step_batches(const StepSettings& settings, World<Real>& world, StepMemory<R
   step(
       settings, world, memory,
       [&] {
-        memory.batches =
-            batches(memory.manifolds, {world.colliders.body.data(), std::size_t(world.colliders.count)}, world.bodies);
+        memory.batches = batches_folded(
+            memory.manifolds, {world.colliders.body.data(), std::size_t(world.colliders.count)}, world.bodies);
       },
       [&](std::span<const std::int32_t> body) {
         contact_solver_batches(settings.solver, memory.manifolds, body, memory.batches, world.bodies, memory.impulses,

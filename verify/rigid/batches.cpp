@@ -17,7 +17,7 @@ namespace {
 using namespace rigid;
 using namespace rigid_inputs;
 
-Case batches_case(const std::string& path, ReorderContacts<float>* openmp) {
+Case batches_case(const std::string& path, ReorderContacts<float>* serial, ReorderContacts<float>* openmp) {
   const auto in = inputs(path);
   const auto with = [in](ReorderContacts<float>* reorder) {
     return [in, reorder](Batches& batches) { batches = reorder(in->now.manifolds, in->body(), in->world.bodies); };
@@ -25,7 +25,7 @@ Case batches_case(const std::string& path, ReorderContacts<float>* openmp) {
   const double n = static_cast<double>(in->now.manifolds.size());
   return make_case<Batches>({
       .start = std::make_shared<const Batches>(),
-      .serial = with(rigid::serial::batches),
+      .serial = with(serial),
       .best_serial = nullptr,
       .openmp = with(openmp),
       .compare = nullptr,
@@ -33,16 +33,19 @@ Case batches_case(const std::string& path, ReorderContacts<float>* openmp) {
   });
 }
 
-Form form(const char* name, ReorderContacts<float>* openmp) {
+Form form(const char* name, ReorderContacts<float>* serial, ReorderContacts<float>* openmp) {
   return {.name = name,
-          .make = [openmp](const std::string& path) { return batches_case(path, openmp); },
+          .make = [=](const std::string& path) { return batches_case(path, serial, openmp); },
           .scenes = scenes_of_all(settled)};
 }
 
 const Register batches{
     {.name = "rigid/batches",
      .place = 14,
-     .forms = {form("", rigid::openmp::batches), form("parallel", rigid::openmp::batches_parallel)}}};
+     .serial_forms = {"", "folded"},
+     .forms = {form("", rigid::serial::batches, rigid::openmp::batches),
+               form("folded", rigid::serial::batches_folded, rigid::openmp::batches_folded),
+               form("parallel", rigid::serial::batches, rigid::openmp::batches_parallel)}}};
 
 }  // namespace
 }  // namespace verify
