@@ -137,7 +137,7 @@ inline Softness<double> soft_contact(double hertz, double damping, double h) {
 // The damping ratio of soft contacts of a frequency, Hz, in substeps of h, s: the one asked for, or more where substeps
 // are long. A soft contact asks back the share f = h rate = h w / (2 z + h w) of its depth in one substep, w = 2 pi
 // hertz. z >= 13.4 h w keeps f <= 1 / 27.8 = .036, whatever h. Bodies at rest lie as deep: the depth does not depend on
-// z (notes/contact_solver.md, "How fast depth is asked back").
+// z (notes/contact_solver.md, "How few substeps").
 inline double damping_ratio(double hertz, double asked, double h) {
   return std::max(asked, 13.4 * h * 6.283185307179586 * hertz);
 }

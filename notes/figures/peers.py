@@ -7,6 +7,7 @@ import style
 TITLE = "Other libraries on the same work"
 PAPER_FIGURE = "none"
 PAPER = "The papers compare their programs with themselves on fewer cores. This figure is not one of theirs."
+NOTES = ["peers"]
 REPORTS = {"peers": None}
 
 

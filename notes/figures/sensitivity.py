@@ -7,6 +7,7 @@ import style
 TITLE = "How far the model depends on its machine"
 PAPER_FIGURE = "none"
 PAPER = "The papers simulate one machine; how its barriers and memory matter, they do not show."
+NOTES = ["scaling"]
 REPORTS = {"sensitivity": None}
 
 
