@@ -117,7 +117,7 @@ TEST_F(RigidSceneTest, SaysWhatItSays) {
 TEST_F(RigidSceneTest, HasDefaults) {
   const Scene scene = load(head + "[[body]]\nsphere = 0.5\n");
   EXPECT_EQ(scene.time_step, 1. / 60);
-  EXPECT_EQ(scene.iterations, 10);
+  EXPECT_EQ(scene.iterations, 8);
   expect_near(scene.gravity, {0, -9.81, 0}, 0);
   EXPECT_EQ(scene.world.bodies.friction[0], .5f);
   EXPECT_EQ(scene.world.bodies.restitution[0], 0);

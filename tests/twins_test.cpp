@@ -83,7 +83,7 @@ const std::map<std::string, int> floors = {
     {"production_fluid/step", 91},
     {"production_fluid/time_step", 93},
     {"rigid/batches", 99},
-    {"rigid/box_box", 61},
+    {"rigid/box_box", 62},
     {"rigid/bvh", 57},
     {"rigid/contact_solver", 66},
     {"rigid/convex_axes", 76},

@@ -103,4 +103,36 @@ template <class T>
   return select(abs(v[2]) > max(abs(v[0]), abs(v[1])), I(2), i);
 }
 
+// The face against which one of the other box is clipped.
+template <class T>
+struct ReferenceFace {
+  Truth<T> on_b;    // whether it is b's
+  Integer<T> axis;  // of its box
+  Three<T> normal;  // along the axes of its box, out of it
+};
+
+// The face whose axis won. number: of the axis, below 6.
+template <class T, class I>
+[[gnu::always_inline]] inline ReferenceFace<T> winning_face(const BoxPair<T>& boxes, const I& number) {
+  const Truth<T> on_b = (number >= I(3)) & (number < I(6));
+  const I axis = select(on_b, number - I(3), number);
+  const T offset = select(on_b, -along_b(boxes, boxes.offset)[axis], boxes.offset[axis]), zero(0);
+  const T sign = select(offset < zero, T(-1), T(1));
+  return {on_b,
+          axis,
+          {select(axis == I(0), sign, zero), select(axis == I(1), sign, zero), select(axis == I(2), sign, zero)}};
+}
+
+// The face beside two edges that won that is most nearly flush with their normal: a's if it is flush enough, or else
+// b's. normal: of the edges, from a to b, along a's axes; normal_b: the same along b's axes. flush: whether it is flush
+// enough to be clipped.
+template <class T>
+[[gnu::always_inline]] inline ReferenceFace<T> flush_face(const Three<T>& normal, const Three<T>& normal_b,
+                                                          Truth<T>& flush) {
+  const Integer<T> axis_a = longest(normal), axis_b = longest(normal_b);
+  const Truth<T> on_b = abs(normal[axis_a]) < T(flush_cosine);
+  flush = (!on_b) | (abs(normal_b[axis_b]) >= T(flush_cosine));
+  return {on_b, select(on_b, axis_b, axis_a), select(on_b, opposite(normal_b), normal)};
+}
+
 }  // namespace lockstep::rigid

@@ -20,7 +20,6 @@
 
 #include "common/math.h"
 #include "common/rigid/rotation.h"
-#include "common/rigid/truth.h"
 #include "common/rigid/world.h"
 
 namespace lockstep::rigid {
@@ -60,12 +59,6 @@ template <class Mask, class T>
 template <class T>
 [[gnu::always_inline]] inline Three<T> opposite(const Three<T>& v) {
   return {-v[0], -v[1], -v[2]};
-}
-
-// Whether a face is nearly flush with a unit normal, of which this is the part along the face's axis.
-template <class T>
-[[gnu::always_inline]] inline Truth<T> is_flush(const T& part) {
-  return abs(part) >= T(flush_cosine);
 }
 
 template <class T>

@@ -51,7 +51,7 @@ struct alignas(8 * sizeof(Real)) Impulses {
 struct SolverSettings {
   double time_step;         // s, of the whole step
   Vector3<double> gravity;  // m/s^2
-  int substeps = 6;
+  int substeps = 8;
   int biased_sweeps = 1, relax_sweeps = 1;  // a substep
   double hertz = 60, damping = 10;          // of a contact as a spring: Hz, at most 1 / (4 h); its damping ratio, at
                                             // least 13.4 * 2 pi hertz h

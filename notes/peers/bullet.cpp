@@ -88,7 +88,7 @@ int main(int count, char** words) {
         rows, asked(count, words),
         [](const Boxes& boxes, int) { return std::make_unique<Bullet>(boxes); },
         "Both in float, dt 1/60 s, friction as the scene has it, nothing sleeps. Bullet makes 10 iterations of one step"
-        " with contacts found once; ours 6 substeps of two sweeps. Bullet adds points to a manifold over steps, ours"
+        " with contacts found once; ours 8 substeps of two sweeps. Bullet adds points to a manifold over steps, ours"
         " finds all of them anew.");
   });
 }

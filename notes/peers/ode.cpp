@@ -115,7 +115,7 @@ int main(int count, char** words) {
         rows, asked(count, words),
         [](const Boxes& boxes, int threads) { return std::make_unique<Ode>(boxes, threads); },
         "ODE in double as Debian builds it, ours in float; dt 1/60 s, the scene's friction, at most four points a pair,"
-        " nothing sleeps. ODE makes 10 iterations of one step without warm start; ours 6 substeps of two sweeps, warm"
+        " nothing sleeps. ODE makes 10 iterations of one step without warm start; ours 8 substeps of two sweeps, warm"
         " started. ODE's collision uses one thread.");
   });
   dCloseODE();

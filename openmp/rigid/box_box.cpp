@@ -88,8 +88,9 @@ void no_contacts(const Work& work, const Indices& pair, maskv mask) {
 }
 
 // Points of two faces.
-LOCKSTEP_INLINE void face_contact(const Block& block, const Pose<floatv>& pose, maskv on_b, intv axis,
-                                  const Three<floatv>& normal, floatv margin, ManifoldLanes& manifold) {
+LOCKSTEP_INLINE void face_contact(const Block& block, const Pose<floatv>& pose, const ReferenceFace<floatv>& face,
+                                  floatv margin, ManifoldLanes& manifold) {
+  const auto& [on_b, axis, normal] = face;
   const BoxFaces<floatv> faces = see_faces(block.boxes, pose, on_b, axis, normal);
   BoxPoint<floatv> point[most_points];
   find_points(faces, block.axis.separation, margin, point);
@@ -121,25 +122,20 @@ LOCKSTEP_INLINE void edge_contact(const Block& block, const Pose<floatv>& pose_a
 // Sixteen pairs whose axis is a face's, or of edges of which one has a face beside it that is nearly flush.
 void face_contacts(Work& work, const Block& block) {
   const auto& [number, separation] = block.axis;
+  ReferenceFace<floatv> face = winning_face(block.boxes, number);
   const maskv of_edges = number >= 6;
-  maskv on_b = (number >= 3) & (number < 6);
-  intv face = select(on_b, number - 3, number);
-  const floatv offset = select(on_b, -along_b(block.boxes, block.boxes.offset)[face], block.boxes.offset[face]);
-  const floatv sign = select(offset < 0.f, floatv(-1), 1.f);
-  Three<floatv> normal = {select(face == 0, sign, 0.f), select(face == 1, sign, 0.f), select(face == 2, sign, 0.f)};
   if (any(of_edges)) {
     const intv i = axis_a(number), j = number - 6 - 3 * i;
-    const Three<floatv> across = edge_normal(block.boxes, i, j), across_b = along_b(block.boxes, across);
-    const intv face_a = longest(across), face_b = longest(across_b);
-    const maskv edges_on_a = of_edges & is_flush(across[face_a]), edges_on_b = of_edges & ~edges_on_a;
-    normal = select(edges_on_a, across, select(edges_on_b, opposite(across_b), normal));
-    face = select(edges_on_a, face_a, select(edges_on_b, face_b, face));
-    on_b |= edges_on_b;
+    const Three<floatv> normal = edge_normal(block.boxes, i, j), normal_b = along_b(block.boxes, normal);
+    maskv flush;
+    const ReferenceFace<floatv> beside = flush_face(normal, normal_b, flush);
+    face.normal = select(of_edges, beside.normal, face.normal), face.axis = select(of_edges, beside.axis, face.axis);
+    face.on_b |= of_edges & beside.on_b;
   }
   ManifoldLanes manifold;
   manifold.a = load(block.collider.a.index), manifold.b = load(block.collider.b.index);
-  const Indices reference = indices_of(select(on_b, manifold.b, manifold.a));
-  face_contact(block, load_pose(work.placed.pose, reference), on_b, face, normal, work.margin, manifold);
+  const Indices reference = indices_of(select(face.on_b, manifold.b, manifold.a));
+  face_contact(block, load_pose(work.placed.pose, reference), face, work.margin, manifold);
   store_manifolds(work.manifolds, block.pair, manifold, block.active);
 }
 
@@ -165,8 +161,9 @@ void edge_tests(Work& work, const Block& untested) {
   if (any(points)) {
     const intv i = axis_a(block.axis.number), j = block.axis.number - 6 - 3 * i;
     const Three<floatv> normal = edge_normal(block.boxes, i, j), normal_b = along_b(block.boxes, normal);
-    const intv face_a = longest(normal), face_b = longest(normal_b);
-    points &= ~(is_flush(normal[face_a]) | is_flush(normal_b[face_b]));
+    maskv flush;
+    flush_face(normal, normal_b, flush);
+    points &= ~flush;
   }
   go_on(work, work.faces, block, active & ~points, face_contacts);
   go_on(work, work.edges, block, points, edge_contacts);

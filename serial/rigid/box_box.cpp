@@ -27,8 +27,9 @@ namespace lockstep::rigid::serial {
 namespace {
 
 // Points of two faces.
-void face_contact(const BoxPair<Real>& boxes, const Pose<Real>& pose, bool on_b, int axis, const Three<Real>& normal,
-                  Real margin, Real separation, Manifold<Real>& manifold) {
+void face_contact(const BoxPair<Real>& boxes, const Pose<Real>& pose, const ReferenceFace<Real>& face, Real margin,
+                  Real separation, Manifold<Real>& manifold) {
+  const auto& [on_b, axis, normal] = face;
   const BoxFaces<Real> faces = see_faces(boxes, pose, on_b, axis, normal);
   BoxPoint<Real> point[most_points];
   find_points(faces, separation, margin, point);
@@ -63,28 +64,23 @@ void box_box(const Placed<Real>& placed, std::span<const Pair> pairs, Real margi
                                          pose_b.position, pose_b.orientation, placed.colliders.size[b]);
     manifolds[k].count = 0;
     bool active = true;
-    const BoxAxis<Real> face = best_face(boxes, margin, active);
+    const BoxAxis<Real> best = best_face(boxes, margin, active);
     if (!active) continue;
-    const auto [number, separation] = best_axis(boxes, margin, face, active);
+    const auto [number, separation] = best_axis(boxes, margin, best, active);
     if (!active) continue;
 
     Manifold<Real> manifold = {};
     manifold.a = a, manifold.b = b;
     if (number < 6) {
-      const bool on_b = number >= 3;
-      const int axis = number % 3;
-      const Real offset = on_b ? -along_b(boxes, boxes.offset)[axis] : boxes.offset[axis];
-      Three<Real> normal = {0, 0, 0};
-      normal[axis] = offset < 0 ? Real(-1) : Real(1);
-      face_contact(boxes, on_b ? pose_b : pose_a, on_b, axis, normal, margin, separation, manifold);
+      const ReferenceFace<Real> face = winning_face(boxes, number);
+      face_contact(boxes, face.on_b ? pose_b : pose_a, face, margin, separation, manifold);
     } else {
       const int i = axis_a(number), j = number - 6 - 3 * i;
       const Three<Real> normal = edge_normal(boxes, i, j), normal_b = along_b(boxes, normal);
-      const int face_a = longest(normal), face_b = longest(normal_b);
-      if (is_flush(normal[face_a]))
-        face_contact(boxes, pose_a, false, face_a, normal, margin, separation, manifold);
-      else if (is_flush(normal_b[face_b]))
-        face_contact(boxes, pose_b, true, face_b, opposite(normal_b), margin, separation, manifold);
+      bool flush;
+      const ReferenceFace<Real> face = flush_face(normal, normal_b, flush);
+      if (flush)
+        face_contact(boxes, face.on_b ? pose_b : pose_a, face, margin, separation, manifold);
       else
         edge_contact(boxes, pose_a, i, j, normal, normal_b, separation, manifold);
     }
