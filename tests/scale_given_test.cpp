@@ -1,4 +1,4 @@
-// The scaling model with costs of another machine.
+// The fields of modelled rows, and the scaling model with costs of another machine.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -45,6 +45,13 @@ TEST(ScaleGiven, BoundsTheRowByTheMemoryGiven) {
   EXPECT_DOUBLE_EQ(memory_ms({}), .1);
   EXPECT_DOUBLE_EQ(memory_ms({{"memory_gb_per_s", 300}}), .01);
   EXPECT_EQ(memory_ms({{"last_level_cache_bytes", 4e6}}), 0);
+}
+
+// Not 0 / 0, which JSON writes as null.
+TEST(ScaleFields, AreNumbersWhereNothingTakesTime) {
+  const auto fields = verify::fields_of({}, {}, 2, ours);
+  EXPECT_EQ(fields.size(), 9u);
+  for (const auto& [name, value] : fields.items()) EXPECT_EQ(value.get<double>(), 0) << name;
 }
 
 TEST_F(Cli, ScaleTakesAnotherMachine) {

@@ -135,15 +135,17 @@ void record_once(const Repeatable& what, int cores, std::span<const Model> model
 
 nlohmann::ordered_json fields_of(const Replayed& r, const Repeatable& what, int cores, const Model& model) {
   const double all = cores * r.total, bytes_per_ns = model.costs.bytes_per_ns;
+  // Work that takes no longer than reading the clock has a time of 0, of which nothing is a share.
+  const auto share = [&](double part) { return all > 0 ? part / all : 0; };
   return {{"modelled_ms", 1e-6 * r.total},
           {"compute_ms", 1e-6 * r.compute},
           {"memory_ms", bytes_per_ns > 0 ? 1e-6 * bytes_of(what, model) / bytes_per_ns : 0},
-          {"work", r.work / all},
-          {"serial", r.serial / all},
-          {"together", r.together / all},
-          {"locks", r.locks / all},
-          {"dispatch", r.dispatch / all},
-          {"waiting", r.waiting / all}};
+          {"work", share(r.work)},
+          {"serial", share(r.serial)},
+          {"together", share(r.together)},
+          {"locks", share(r.locks)},
+          {"dispatch", share(r.dispatch)},
+          {"waiting", share(r.waiting)}};
 }
 
 nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int cores, bool quick) {
