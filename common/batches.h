@@ -35,8 +35,9 @@ Batches make_levels(std::span<const std::int32_t> a, std::span<const std::int32_
 // Levels folded into a ring of `ring_batches` batches: as parallel as few batches, and nearly as good an order as the
 // original one. A constraint's turn comes after those of the last constraints at either of its objects, as its level
 // does; it joins batch turn % ring_batches. If one of its objects is in that batch already, it takes the next turn that
-// is free for both; if no batch of the ring is, the earliest batch behind the ring. One sweep then passes news on along
-// up to `ring_batches` constraints of a chain, while in earliest batches those of a chain alternate between two.
+// is free for both; if no batch of the ring is, the earliest batch behind the ring. One sweep then carries an
+// impulse along up to `ring_batches` constraints of a chain. In earliest batches those of a chain alternate between
+// two.
 //
 // Objects in m constraints each end up in at most max(ring_batches, 2 m - 1) batches. Time and memory as make_batches,
 // and 4 bytes an object.

@@ -102,20 +102,38 @@ TEST(ProductionFluidClosestPoint, DistancesFromABallAreOfSecondOrderOrBetter) {
 // Where a sheet's middle is .7 of a cell from the surface, phi bends there by .6 or more, wherever centres are: at a
 // centre d from a kink the second difference is 2 (1 - d). Six cells from the middle nothing bends.
 TEST(ProductionFluidClosestPoint, AKinkIsNotSmooth) {
-  for (const double thickness : {.6, 1., 1.4, 12.})
-    for (double shift = 0; shift < 1; shift += .125) {
-      const Field<float> phi =
-          level_set(8, 32, 8, .25f, [&](double, double y, double) { return std::abs(y - 15 - shift) - thickness / 2; });
-      for (int y = 6; y < 26; ++y) {
-        const double exact = std::abs(y - 15 - shift) - thickness / 2;
-        if (std::abs(exact) >= 3) continue;
-        const auto [distance, is_smooth] = closest(phi, 4, y, 4);
-        EXPECT_EQ(is_smooth, thickness > 2) << thickness << ' ' << shift << ' ' << y;
-        if (is_smooth) {
-          EXPECT_NEAR(distance, .25 * std::abs(exact), 100 * u * .25);
+  for (const int axis : {0, 1, 2})
+    for (const double thickness : {.6, 1., 1.4, 12.})
+      for (double shift = 0; shift < 1; shift += .125) {
+        const auto exact = [&](double at) { return std::abs(at - 15 - shift) - thickness / 2; };
+        int size[3] = {8, 8, 8}, cell[3] = {4, 4, 4};
+        size[axis] = 32;
+        const Field<float> phi = level_set(size[0], size[1], size[2], .25f, [&](double x, double y, double z) {
+          return exact(axis == 0 ? x : axis == 1 ? y : z);
+        });
+        for (int& at = cell[axis] = 6; at < 26; ++at) {
+          if (std::abs(exact(at)) >= 3) continue;
+          const auto [distance, is_smooth] = closest(phi, cell[0], cell[1], cell[2]);
+          EXPECT_EQ(is_smooth, thickness > 2) << axis << ' ' << thickness << ' ' << shift << ' ' << at;
+          if (is_smooth) {
+            EXPECT_NEAR(distance, .25 * std::abs(exact(at)), 100 * u * .25);
+          }
         }
       }
-    }
+}
+
+// At most half a cell from the distance that the cell had, which the band limits; all values are exact in float.
+TEST(ProductionFluidClosestPoint, MovesADistanceByHalfACellAtMost) {
+  const float band = 2, spacing = .5f;
+  const auto moved = [&](float closest, bool is_smooth, float distance) {
+    return closest_distance(ClosestPoint<float>{closest, is_smooth}, distance, band, spacing);
+  };
+  EXPECT_EQ(moved(.875f, true, .75f), .875f);
+  EXPECT_EQ(moved(1.5f, true, .75f), 1);
+  EXPECT_EQ(moved(.25f, true, .75f), .5f);
+  EXPECT_EQ(moved(.875f, false, .75f), .75f);
+  EXPECT_EQ(moved(1, true, 3), 1.75f);
+  EXPECT_EQ(moved(1, false, 3), 2);
 }
 
 // Twenty redistancings of an oblique sheet of 1.2 cells, at rest. Without the rule it grows.

@@ -1,5 +1,5 @@
-// The rows of a figure's report, as they come: of all shards, only this one's;
-// those that an earlier run left are not measured again.
+// The rows of a figure's report, as they come. Rows of other shards are left out. Rows that an earlier run left are not
+// measured again.
 #pragma once
 
 #include <cstddef>

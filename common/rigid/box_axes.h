@@ -111,7 +111,8 @@ struct ReferenceFace {
   Three<T> normal;  // along the axes of its box, out of it
 };
 
-// The face whose axis won. number: of the axis, below 6.
+// The face whose axis won. number: of the axis, below 6. Lanes whose number is of two edges get a face of a, which
+// means nothing.
 template <class T, class I>
 [[gnu::always_inline]] inline ReferenceFace<T> winning_face(const BoxPair<T>& boxes, const I& number) {
   const Truth<T> on_b = (number >= I(3)) & (number < I(6));
@@ -123,9 +124,10 @@ template <class T, class I>
           {select(axis == I(0), sign, zero), select(axis == I(1), sign, zero), select(axis == I(2), sign, zero)}};
 }
 
-// The face beside two edges that won that is most nearly flush with their normal: a's if it is flush enough, or else
-// b's. normal: of the edges, from a to b, along a's axes; normal_b: the same along b's axes. flush: whether it is flush
-// enough to be clipped.
+// The face that is clipped where two edges won. Of each box one face is nearest to flush with the edges' normal. It is
+// a's if that is within flush_cosine of flush, or else b's. normal: of the edges, from a to b, along a's axes;
+// normal_b: the same along b's axes. flush: whether the face is within flush_cosine; where it is not, the edges touch in
+// a point.
 template <class T>
 [[gnu::always_inline]] inline ReferenceFace<T> flush_face(const Three<T>& normal, const Three<T>& normal_b,
                                                           Truth<T>& flush) {
