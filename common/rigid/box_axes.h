@@ -126,8 +126,8 @@ template <class T, class I>
 
 // The face that is clipped where two edges won. Of each box one face is nearest to flush with the edges' normal. It is
 // a's if that is within flush_cosine of flush, or else b's. normal: of the edges, from a to b, along a's axes;
-// normal_b: the same along b's axes. flush: whether the face is within flush_cosine; where it is not, the edges touch in
-// a point.
+// normal_b: the same along b's axes. flush: whether the face is within flush_cosine. Where it is not, the edges touch
+// in one point.
 template <class T>
 [[gnu::always_inline]] inline ReferenceFace<T> flush_face(const Three<T>& normal, const Three<T>& normal_b,
                                                           Truth<T>& flush) {
