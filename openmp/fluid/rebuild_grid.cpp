@@ -4,8 +4,11 @@
 // Counting sort: the serial one, with the particles cut into parts, one a thread. A thread counts the particles of its
 // part; the sums run over cells and, within a cell, over parts in order. So each thread knows where its particles of
 // each cell go, and because parts are contiguous and taken in order the sort stays stable, whatever the number of
-// threads. A part has a histogram of all cells: where cells are many and particles few there are fewer parts than
-// threads, so that memory and work do not grow with threads x cells.
+// threads. A part's histogram goes from its lowest cell to its highest. Particles come in the cell order of the frame
+// before, and move by less than a cell in a frame, so a part stays near its own planes of cells and all histograms
+// together are little longer than one of all cells. In any other order they may be as long as that one each: where
+// that is more than histogram_entries allows there are fewer parts than threads, so that memory and work do not grow
+// with threads x cells.
 //
 // Linked lists: the paper's. Threads push particles on per-cell lists, each under its cell's lock. The order within a
 // list depends on timing. So each cell's few particles are sorted into their incoming order when its list is emptied,
@@ -15,11 +18,13 @@
 #include "common/fluid/rebuild_grid.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "common/fluid/limits.h"
 #include "common/real.h"
 #include "common/simd.h"
+#include "openmp/failure.h"
 #include "openmp/fluid/lanes.h"
 #include "openmp/share.h"
 
@@ -45,6 +50,39 @@ void for_each_cell(const Grid<Real>& grid, const Vectors<Real>& position, const 
   }
 }
 
+// One thread's particles, the cells from their lowest to their highest, and an entry for each of these cells: how many
+// of the particles it holds; then, where the next of them goes.
+struct Part {
+  Share particles = {0, 0}, cells = {0, 0};
+  Array<std::int32_t> next;
+
+  int entries() const { return cells.end - cells.begin; }
+  std::int32_t* next_by_cell() { return next.data() - cells.begin; }
+};
+
+void take(const Grid<Real>& grid, const Vectors<Real>& position, const Share& particles, Part& part) {
+  alignas(array_alignment) std::int32_t low[lanes], high[lanes];
+  intv lowest = grid.cells(), highest = -1;
+  for (int i = particles.begin; i < particles.end; i += lanes) {
+    const maskv inside = first_lanes(particles.end - i);
+    const intv cell = cell_of(grid, position, i);
+    lowest = select(inside, min(lowest, cell), lowest);
+    highest = select(inside, max(highest, cell), highest);
+  }
+  store(low, lowest), store(high, highest);
+  const int end = *std::max_element(high, high + lanes) + 1;
+  part.particles = particles;
+  part.cells = {std::min(*std::min_element(low, low + lanes), end), end};
+}
+
+// Calls visit(c, entry of c) for those of `cells` for which the part has an entry.
+template <class Visit>
+void for_each_entry(Part& part, const Share& cells, const Visit& visit) {
+  std::int32_t* const next = part.next_by_cell();
+  const int end = std::min(part.cells.end, cells.end);
+  for (int c = std::max(part.cells.begin, cells.begin); c < end; ++c) visit(c, next[c]);
+}
+
 // sorted[k] = old[from[k]]
 template <class T>
 void fetch(const Array<T>& old, const std::int32_t* from, const Share& mine, Array<T>& sorted) {
@@ -63,47 +101,70 @@ void fetch(const Vectors<Real>& old, const std::int32_t* from, const Share& mine
 
 void rebuild_grid_counting_sort(Grid<Real>& grid, Particles<Real>& particles, Particles<Real>& sorted) {
   std::int32_t* const from = sorted.id.data();  // from[k]: where particle k comes from; until the ids go there
-  const double histograms = histogram_entries(particles.count, grid.cells()) / grid.cells();
-  const int most_parts = static_cast<int>(std::min<double>(omp_get_max_threads(), histograms));
-  std::vector<Array<std::int32_t>> next(most_parts);  // next[t][c] is the next free place of cell c for part t
-  for (Array<std::int32_t>& histogram : next) histogram.reserve(grid.cells());  // the parallel region must not throw
-  std::vector<std::int32_t> total(omp_get_max_threads() + 1);
+  std::int32_t* const cell_begin = grid.cell_begin.data();
+  const double most_entries = histogram_entries(particles.count, grid.cells());
+  std::vector<Part> parts(omp_get_max_threads());
+  std::vector<std::int32_t> total(omp_get_max_threads());
+  Failure failure;
 
-  // Thread t writes next[t], its own share of total and cell_begin, and places of `sorted` that are its alone;
-  // the barriers stand between one thread's writing and another's reading.
+  // Thread t writes parts[t], total[t], its own share of cell_begin, of all parts the entries of the cells of that
+  // share, and places of `sorted` that are its alone; the barriers stand between one thread's writing and another's
+  // reading.
 #pragma omp parallel
   {
-    const int thread = omp_get_thread_num(), threads = omp_get_num_threads(), parts = std::min(threads, most_parts);
+    const int thread = omp_get_thread_num(), threads = omp_get_num_threads();
     const Share mine = my_share(particles.count), cells = my_share(grid.cells());
-    const Share part = thread < parts ? share(particles.count, thread, parts) : Share{0, 0};
-    if (thread < parts) next[thread].assign(grid.cells(), 0);
-    std::int32_t* const my_next = thread < parts ? next[thread].data() : nullptr;
-    for_each_cell(grid, particles.position, part, [&](int, std::int32_t cell) { ++my_next[cell]; });
+    Part& part = parts[thread];
+    take(grid, particles.position, mine, part);
 #pragma omp barrier
 
-    // The sums within this thread's share of the cells, then what stands before that share.
-    std::int32_t sum = 0;
-    for (int c = cells.begin; c < cells.end; ++c)
-      for (int t = 0; t < parts; ++t) sum += std::exchange(next[t][c], sum);
-    total[thread + 1] = sum;
+    // The same in every thread: all go through the same barriers. None changes its part before all have read it.
+    double entries = 0;
+    for (int t = 0; t < threads; ++t) entries += parts[t].entries();
+    if (entries > most_entries) {
+      const int fewer = static_cast<int>(most_entries / grid.cells());
 #pragma omp barrier
-#pragma omp single
-    for (int t = 0; t < threads; ++t) total[t + 1] += total[t];
-
-    for (int c = cells.begin; c < cells.end; ++c) {
-      for (int t = 0; t < parts; ++t) next[t][c] += total[thread];
-      grid.cell_begin[c] = next[0][c];
+      take(grid, particles.position, thread < fewer ? share(particles.count, thread, fewer) : Share{0, 0}, part);
     }
+    failure.guard([&] { part.next.assign(part.entries(), 0); });
+    std::int32_t* const my_next = part.next_by_cell();
+    if (!part.next.empty())
+      for_each_cell(grid, particles.position, part.particles, [&](int, std::int32_t cell) { ++my_next[cell]; });
 #pragma omp barrier
 
-    for_each_cell(grid, particles.position, part, [&](int i, std::int32_t cell) { from[my_next[cell]++] = i; });
+    if (!failure.happened()) {
+      // How many particles are in this thread's share of the cells.
+      std::int32_t in_share = 0;
+      for (int t = 0; t < threads; ++t)
+        for_each_entry(parts[t], cells, [&](int, std::int32_t next) { in_share += next; });
+      total[thread] = in_share;
 #pragma omp barrier
 
-    fetch(particles.position, from, mine, sorted.position);
-    fetch(particles.half_velocity, from, mine, sorted.half_velocity);
-    fetch(particles.velocity, from, mine, sorted.velocity);
-    for (int k = mine.begin; k < mine.end; ++k) sorted.id[k] = particles.id[from[k]];
+      // Of each part its begin within its cell; then the begins of the cells; then both together.
+      std::fill(cell_begin + cells.begin, cell_begin + cells.end, 0);
+      for (int t = 0; t < threads; ++t)
+        for_each_entry(parts[t], cells, [&](int c, std::int32_t& next) {
+          const std::int32_t before = cell_begin[c];
+          cell_begin[c] += next;
+          next = before;
+        });
+      std::int32_t sum = std::accumulate(total.begin(), total.begin() + thread, 0);
+      for (int c = cells.begin; c < cells.end; ++c) sum += std::exchange(cell_begin[c], sum);
+      for (int t = 0; t < threads; ++t)
+        for_each_entry(parts[t], cells, [&](int c, std::int32_t& next) { next += cell_begin[c]; });
+#pragma omp barrier
+
+      for_each_cell(grid, particles.position, part.particles,
+                    [&](int i, std::int32_t cell) { from[my_next[cell]++] = i; });
+#pragma omp barrier
+
+      fetch(particles.position, from, mine, sorted.position);
+      fetch(particles.half_velocity, from, mine, sorted.half_velocity);
+      fetch(particles.velocity, from, mine, sorted.velocity);
+      for (int k = mine.begin; k < mine.end; ++k) sorted.id[k] = particles.id[from[k]];
+    }
   }
+  failure.rethrow();
   grid.cell_begin[grid.cells()] = particles.count;
   std::swap(particles, sorted);
 }
