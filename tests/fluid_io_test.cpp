@@ -1,6 +1,7 @@
 // Fluid files, frames for ParaView, and what both stand on: refusals in one line, and files written whole or not at
 // all.
 #include <gtest/gtest.h>
+#include <omp.h>
 
 #include <array>
 #include <csignal>
@@ -14,6 +15,7 @@
 #include "common/fluid/limits.h"
 #include "common/fluid/vtk.h"
 #include "common/memory.h"
+#include "openmp/fluid/lists_fit.h"
 #include "tests/temporary_folder.h"
 
 namespace lockstep::fluid {
@@ -166,13 +168,20 @@ TEST(Memory, CountsWhatAFluidAllocates) {
 }
 
 TEST(Memory, RefusesListsOfACrowd) {
+  const int before = omp_get_max_threads();
   Grid<float> grid = make_grid(convert<float>(make_model(20)));
   const auto crowd_of = [&](int n) {
     std::fill(grid.cell_begin.begin() + 1, grid.cell_begin.end(), n);  // all in the first cell
-    return [&] { require_lists_fit(grid); };
+    const auto error = error_of([&] { require_lists_fit(grid); });
+    for (const int threads : {1, 2, 5}) {
+      omp_set_num_threads(threads);
+      EXPECT_EQ(error_of([&] { openmp::require_lists_fit_in_parallel(grid); }), error) << threads << " threads";
+    }
+    omp_set_num_threads(before);
+    return error;
   };
-  EXPECT_EQ(error_of(crowd_of(5'000)), "no error");
-  EXPECT_EQ(error_of(crowd_of(100'000)), "up to 100000 particles in a cell: too crowded for lists of neighbours");
+  EXPECT_EQ(crowd_of(5'000), "no error");
+  EXPECT_EQ(crowd_of(100'000), "up to 100000 particles in a cell: too crowded for lists of neighbours");
 }
 
 TEST(Memory, CountsNoFewerCellsThanTheGridHas) {

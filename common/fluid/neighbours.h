@@ -45,33 +45,63 @@ Neighbours<Real> make_neighbours(const Grid<Real>& grid, int particles) {
   return neighbours;
 }
 
-// Throws InputError, before a list is written, where the lists of a plane might have more entries than int32 counts, or
-// all lists might take more memory than there is. A list has as many entries as there are particles within h: if all
-// particles crowd into one cell, all of them. The symmetric forms keep no lists and can run such a state.
+// How crowded the cells are, which bounds the entries of the lists: a list has as many as there are particles within h,
+// so if all particles crowd into one cell, all of them.
+struct Crowding {
+  std::int32_t cell = 0;      // particles, at most, in a cell
+  double plane = 0, all = 0;  // entries, at most, in the lists of a plane of cells, and of all planes
+};
+
+// Of cell c, particles.
+template <class Real>
+std::int32_t particles_in(const Grid<Real>& grid, int c) {
+  return grid.cell_begin[c + 1] - grid.cell_begin[c];
+}
+
+// Whether the lists fit wherever the particles stand, if no cell holds more than `crowd`.
+template <class Real>
+bool lists_surely_fit(const Grid<Real>& grid, std::int32_t crowd) {
+  constexpr double entry = sizeof(std::int32_t), surely_fits = 1e9;
+  return 27. * crowd * grid.cell_begin.back() * entry < surely_fits;
+}
+
+// Of plane z of cells, entries at most in its lists.
+template <class Real>
+double most_entries(const Grid<Real>& grid, int z) {
+  double entries = 0;
+  for (int y = 0; y < grid.y.cells; ++y)
+    for (int x = 0; x < grid.x.cells; ++x) {
+      double candidates = 0;
+      for (const Run& run : neighbour_runs(grid, x, y, z)) candidates += run.end - run.begin;
+      entries += particles_in(grid, grid.cell(x, y, z)) * candidates;
+    }
+  return entries;
+}
+
+// Throws InputError where the lists of a plane might have more entries than int32 counts, or all lists might take more
+// memory than there is.
+inline void require_lists_fit(const Crowding& most) {
+  constexpr double most_in_a_plane = 1 << 30;  // lists grow by doubling
+  if (most.plane > most_in_a_plane)
+    throw InputError("up to " + std::to_string(most.cell) +
+                     " particles in a cell: too crowded for lists of neighbours");
+  require_memory(most.all * sizeof(std::int32_t),
+                 "up to " + std::to_string(most.cell) + " particles in a cell: lists of neighbours");
+}
+
+// The same of the particles in a grid, before a list is written. The symmetric forms keep no lists and can run such a
+// state. In parallel: openmp/fluid/lists_fit.h.
 template <class Real>
 void require_lists_fit(const Grid<Real>& grid) {
-  constexpr double entry = sizeof(std::int32_t), surely_fits = 1e9;
-  std::int32_t crowd = 0;
-  for (int c = 0; c < grid.cells(); ++c) crowd = std::max(crowd, grid.cell_begin[c + 1] - grid.cell_begin[c]);
-  if (27. * crowd * grid.cell_begin.back() * entry < surely_fits) return;
-
-  double all = 0, longest = 0;
+  Crowding most;
+  for (int c = 0; c < grid.cells(); ++c) most.cell = std::max(most.cell, particles_in(grid, c));
+  if (lists_surely_fit(grid, most.cell)) return;
   for (int z = 0; z < grid.z.cells; ++z) {
-    double plane = 0;
-    for (int y = 0; y < grid.y.cells; ++y)
-      for (int x = 0; x < grid.x.cells; ++x) {
-        const Run own = row_run(grid, x, x, y, z);
-        double candidates = 0;
-        for (const Run& run : neighbour_runs(grid, x, y, z)) candidates += run.end - run.begin;
-        plane += (own.end - own.begin) * candidates;
-      }
-    all += plane;
-    longest = std::max(longest, plane);
+    const double plane = most_entries(grid, z);
+    most.plane = std::max(most.plane, plane);
+    most.all += plane;
   }
-  constexpr double most = 1 << 30;  // lists grow by doubling
-  if (longest > most)
-    throw InputError("up to " + std::to_string(crowd) + " particles in a cell: too crowded for lists of neighbours");
-  require_memory(all * entry, "up to " + std::to_string(crowd) + " particles in a cell: lists of neighbours");
+  require_lists_fit(most);
 }
 
 }  // namespace lockstep::fluid

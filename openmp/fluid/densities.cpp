@@ -35,6 +35,7 @@
 #include "openmp/failure.h"
 #include "openmp/fluid/candidates.h"
 #include "openmp/fluid/lanes.h"
+#include "openmp/fluid/lists_fit.h"
 #include "openmp/fluid/sub_grids.h"
 
 namespace lockstep::fluid::openmp {
@@ -153,7 +154,7 @@ void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, co
   const Real h2 = model.smoothing_length_2;
   const Vectors<Real>& p = particles.position;
   const int rows = grid.y.cells * grid.z.cells;
-  require_lists_fit(grid);
+  require_lists_fit_in_parallel(grid);
 
   Failure failure;
 #pragma omp parallel
@@ -200,7 +201,7 @@ void densities_pair_lists(const Model<Real>& model, const Grid<Real>& grid, cons
                           Neighbours<Real>& neighbours, std::span<Real> density) {
   const Real h2 = model.smoothing_length_2;
   Real* const reaction = neighbours.scratch.data();
-  require_lists_fit(grid);
+  require_lists_fit_in_parallel(grid);
 
   Failure failure;
 #pragma omp parallel
