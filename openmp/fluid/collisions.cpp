@@ -13,11 +13,13 @@
 namespace lockstep::fluid::openmp {
 namespace {
 
-// The walls at the two ends of one axis.
+// The walls at the two ends of one axis, for this thread's share of the particles; it is called by all threads of a
+// region.
 void collide_with_walls(const Model<Real>& model, const Axis<Real>& axis, int count, const Array<Real>& position,
                         const Array<Real>& half_velocity, const Array<Real>& velocity, Array<Real>& acceleration) {
-  // Iterations are independent: particle i writes acceleration[i] alone.
-#pragma omp parallel for simd schedule(static)
+  // Iterations are independent: particle i writes acceleration[i] alone. Axes have arrays of their own: no loop waits
+  // for another.
+#pragma omp for simd schedule(static) nowait
   for (int i = 0; i < count; ++i) push_back(model, axis, position[i], half_velocity[i], velocity[i], acceleration[i]);
 }
 
@@ -27,9 +29,13 @@ void collisions(const Model<Real>& model, const Grid<Real>& grid, const Particle
                 Vectors<Real>& acceleration) {
   if (!model.walls) return;
   const Vectors<Real>&p = particles.position, &hv = particles.half_velocity, &v = particles.velocity;
-  collide_with_walls(model, grid.x, particles.count, p.x, hv.x, v.x, acceleration.x);
-  collide_with_walls(model, grid.y, particles.count, p.y, hv.y, v.y, acceleration.y);
-  collide_with_walls(model, grid.z, particles.count, p.z, hv.z, v.z, acceleration.z);
+  // One region for the three axes; see collide_with_walls.
+#pragma omp parallel
+  {
+    collide_with_walls(model, grid.x, particles.count, p.x, hv.x, v.x, acceleration.x);
+    collide_with_walls(model, grid.y, particles.count, p.y, hv.y, v.y, acceleration.y);
+    collide_with_walls(model, grid.z, particles.count, p.z, hv.z, v.z, acceleration.z);
+  }
 }
 
 }  // namespace lockstep::fluid::openmp
