@@ -33,7 +33,7 @@ const std::map<std::string, int> floors = {
     {"fluid/collisions", 99},
     {"fluid/densities", 73},
     {"fluid/forces", 68},
-    {"fluid/rebuild_grid", 84},
+    {"fluid/rebuild_grid", 85},
     {"fluid/step", 96},
     {"levelset/fast_marching", 98},
     {"levelset/fast_sweeping", 51},
