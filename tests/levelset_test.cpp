@@ -231,6 +231,22 @@ TEST(LevelsetTwins, NothingBeyondTheBandIsTouched) {
 
 // --- Blocks
 
+TEST(LevelsetBlocks, HoldTheInterfaceOfTheirPadding) {
+  const Distances<float> d = started<float>(spheres_and_box, unit_cube(80));
+  const auto within = [](int i, Extent e) { return e.begin <= i && i < e.end; };
+  for (const int size : {16, 27, 64})
+    for (const Block& b : make_blocks(d, 5.f / 80, size)) {
+      std::size_t next = 0;
+      for (const Point& p : d.interface) {
+        if (!within(p.x, b.padded_x) || !within(p.y, b.padded_y) || !within(p.z, b.padded_z)) continue;
+        ASSERT_LT(next, b.interface.size());
+        const Point& q = b.interface[next++];
+        ASSERT_TRUE(q.x == p.x && q.y == p.y && q.z == p.z);
+      }
+      EXPECT_EQ(next, b.interface.size());
+    }
+}
+
 TEST(LevelsetBlocks, CoverTheBandOnceAndDoNotChangeIt) {
   const Grid grid = unit_cube(80);
   const Distances<float> start = started<float>(spheres_and_box, grid);

@@ -32,10 +32,27 @@ inline constexpr int block_size = 64;
 // By how much the padding is wider than the band, in grid steps.
 inline constexpr int beside = 5;
 
+// Calls f for the interface points in the padded block, in the order of the field: that of distances.interface, so the
+// points of a plane stand together, and those of a plane's rows too.
+template <class Real, class F>
+void for_interface_of(const Distances<Real>& distances, const Block& block, const F& f) {
+  const auto first_of = [&](int y, int z) {
+    const auto before = [](const Point& a, const Point& b) { return a.z < b.z || (a.z == b.z && a.y < b.y); };
+    return std::lower_bound(distances.interface.begin(), distances.interface.end(), Point{0, y, z}, before);
+  };
+  const Extent x = block.padded_x, y = block.padded_y, z = block.padded_z;
+  for (int k = z.begin; k < z.end; ++k) {
+    const auto end = first_of(y.end, k);
+    for (auto p = first_of(y.begin, k); p != end; ++p)
+      if (x.begin <= p->x && p->x < x.end) f(*p);
+  }
+}
+
 // The blocks with an interface point in their padding or in themselves, in the order of the grid; all distances of
-// other blocks are `far`, and stay so. An infinite band makes one block.
-template <class Real>
-std::vector<Block> make_blocks(const Distances<Real>& distances, Real band, int size) {
+// other blocks are `far`, and stay so. An infinite band makes one block. for_each as in reach.h: a block picks its own
+// points, so blocks can be made side by side.
+template <class Real, class ForEach = InOrder>
+std::vector<Block> make_blocks(const Distances<Real>& distances, Real band, int size, const ForEach& for_each = {}) {
   const Field<Real>& d = distances.distance;
   const int most = std::max({d.nx, d.ny, d.nz});
   const int padding = static_cast<int>(std::min<Real>(std::ceil(band / d.spacing) + beside, static_cast<Real>(most)));
@@ -54,15 +71,18 @@ std::vector<Block> make_blocks(const Distances<Real>& distances, Real band, int 
         const Extent x = own(i, d.nx), y = own(j, d.ny), z = own(k, d.nz);
         blocks.push_back({x, y, z, pad(x, d.nx), pad(y, d.ny), pad(z, d.nz), {}});
       }
-  for (const Point& p : distances.interface) {
-    // Block b's padded extent is b size - padding .. (b + 1) size + padding - 1.
-    const auto first = [&](int i) { return std::max(i - padding, 0) / size; };
-    const auto last = [&](int i, int n) { return std::min((i + padding) / size, n - 1); };
-    for (int k = first(p.z); k <= last(p.z, bz); ++k)
-      for (int j = first(p.y); j <= last(p.y, by); ++j)
-        for (int i = first(p.x); i <= last(p.x, bx); ++i)
-          blocks[(static_cast<std::size_t>(k) * by + j) * bx + i].interface.push_back(p);
-  }
+  // Counted first, so that all memory is asked for here, in one thread.
+  const int count = static_cast<int>(blocks.size());
+  std::vector<std::size_t> points(blocks.size());
+  for_each(count, [&](int b) {
+    std::size_t own = 0;
+    for_interface_of(distances, blocks[b], [&](const Point&) { ++own; });
+    points[b] = own;
+  });
+  for (int b = 0; b < count; ++b) blocks[b].interface.reserve(points[b]);
+  for_each(count, [&](int b) {
+    for_interface_of(distances, blocks[b], [&](const Point& p) { blocks[b].interface.push_back(p); });
+  });
   std::erase_if(blocks, [](const Block& block) { return block.interface.empty(); });
   return blocks;
 }

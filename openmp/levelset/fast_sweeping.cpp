@@ -191,10 +191,18 @@ int fast_sweeping_sweeps(Distances<Real>& distances, Real band, int rounds) {
 }
 
 int fast_sweeping_blocks(Distances<Real>& distances, Real band, int rounds, int size) {
-  const std::vector<Block> blocks = make_blocks(distances, band, size);
+  Failure failure;
+  std::vector<Block> blocks = make_blocks(distances, band, size, [&](int n, const auto& pick) {
+  // A block picks its own points from those of the interface, which no thread changes.
+#pragma omp parallel for schedule(dynamic)
+    for (int b = 0; b < n; ++b) failure.guard([&] { pick(b); });
+    failure.rethrow();
+  });
+  // The largest first: one begun late would keep all other threads waiting. The order changes no result.
+  std::sort(blocks.begin(), blocks.end(),
+            [](const Block& a, const Block& b) { return a.interface.size() > b.interface.size(); });
   const int count = static_cast<int>(blocks.size());
   int most = 0;
-  Failure failure;
 #pragma omp parallel reduction(max : most)
   {
     omp_set_num_threads(
