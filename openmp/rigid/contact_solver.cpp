@@ -23,6 +23,7 @@
 #include "common/real.h"
 #include "common/rigid/contact_row.h"
 #include "common/simd.h"
+#include "openmp/rigid/contact_plan.h"
 #include "openmp/rigid/lanes.h"
 
 namespace lockstep::rigid::openmp {
@@ -125,10 +126,10 @@ void store_impulses(const Contacts& contacts, std::span<Impulses<Real>> impulses
 // --- Sweeps
 
 // The motions in bodies' states, as records. Body i has record records_of_body * i.
-std::span<Motion<Real>> motions(Array<BodyState>& states) {
+std::span<Motion<Real>> motions(std::span<BodyState> states) {
   return {&states.data()->motion, records_of_body * states.size()};
 }
-std::span<Motion<Real>> movements(Array<BodyState>& states) { return motions(states).subspan(1); }
+std::span<Motion<Real>> movements(std::span<BodyState> states) { return motions(states).subspan(1); }
 
 struct Velocities {
   Velocity<floatv> a, b;
@@ -141,7 +142,7 @@ LOCKSTEP_INLINE void store_velocities(const Velocities& v, const Contacts& conta
   store_motion(motion, contacts.b, {v.b.linear, v.b.angular, {0.f, 0.f}}, lanes_of(contacts.b_moves));
 }
 
-void warm_start(const Contacts& contacts, Array<BodyState>& states) {
+void warm_start(const Contacts& contacts, std::span<BodyState> states) {
   const ContactConstraint<floatv>& c = contacts.constraint;
   Velocities v = load_velocities(contacts, motions(states));
   for (int k = 0; k < most_points && contacts.has_point[k] != 0; ++k)
@@ -155,7 +156,7 @@ LOCKSTEP_INLINE void solve_frictions(Contacts& contacts, Velocities& v) {
     solve_friction(lanes_of(contacts.has_point[k]), c, c.point[k], v.a, v.b);
 }
 
-LOCKSTEP_INLINE void solve_normals(Contacts& contacts, const Sweep<Real>& sweep, Array<BodyState>& states,
+LOCKSTEP_INLINE void solve_normals(Contacts& contacts, const Sweep<Real>& sweep, std::span<BodyState> states,
                                    Velocities& v) {
   ContactConstraint<floatv>& c = contacts.constraint;
   const Velocities moved = load_velocities(contacts, movements(states));
@@ -165,20 +166,20 @@ LOCKSTEP_INLINE void solve_normals(Contacts& contacts, const Sweep<Real>& sweep,
     solve_normal(lanes_of(contacts.has_point[k]), c, c.point[k], in_lanes, moved.a, moved.b, v.a, v.b);
 }
 
-void solve_biased(Contacts& contacts, const Sweep<Real>& sweep, Array<BodyState>& states) {
+void solve_biased(Contacts& contacts, const Sweep<Real>& sweep, std::span<BodyState> states) {
   Velocities v = load_velocities(contacts, motions(states));
   solve_normals(contacts, sweep, states, v);
   store_velocities(v, contacts, motions(states));
 }
 
-void relax(Contacts& contacts, const Sweep<Real>& sweep, Array<BodyState>& states) {
+void relax(Contacts& contacts, const Sweep<Real>& sweep, std::span<BodyState> states) {
   Velocities v = load_velocities(contacts, motions(states));
   solve_frictions(contacts, v);
   solve_normals(contacts, sweep, states, v);
   store_velocities(v, contacts, motions(states));
 }
 
-void bounce(const Contacts& contacts, Array<BodyState>& states) {
+void bounce(const Contacts& contacts, std::span<BodyState> states) {
   const ContactConstraint<floatv>& c = contacts.constraint;
   Velocities v = load_velocities(contacts, motions(states));
   maskv changed = first_lanes(0);
@@ -191,54 +192,6 @@ void bounce(const Contacts& contacts, Array<BodyState>& states) {
 }
 
 // --- Batches
-
-// Vectors of contacts, begin .. end - 1, between two barriers. They are one batch, or several small batches in order,
-// which one thread takes.
-struct Stage {
-  int begin, end;
-  bool small;
-};
-
-constexpr int small_batch = 4;  // vectors: less than what a barrier costs
-
-// The order of contacts in vectors, the vectors, and the stages.
-struct Plan {
-  std::vector<std::int32_t> order;                      // manifolds, batch after batch
-  std::vector<std::span<const std::int32_t>> contacts;  // [vector]: part of `order`
-  std::vector<Stage> stages;
-};
-
-// Sorts the contacts of a batch by their number of points, most first, so that few lanes wait for others' points. The
-// order within a batch does not change the bits.
-void order_by_points(std::span<const std::int32_t> batch, std::span<const Manifold<Real>> manifolds,
-                     std::int32_t* order) {
-  int next[most_points + 2] = {};  // [points fewer than most]: where the next of them goes
-  for (const std::int32_t contact : batch) ++next[most_points - manifolds[contact].count + 1];
-  for (int fewer = 0; fewer < most_points; ++fewer) next[fewer + 1] += next[fewer];
-  for (const std::int32_t contact : batch) order[next[most_points - manifolds[contact].count]++] = contact;
-}
-
-Plan make_plan(const Batches& batches, std::span<const Manifold<Real>> manifolds) {
-  Plan plan;
-  plan.order.resize(batches.order.size());
-  for (int k = 0; k < batches.count(); ++k) {
-    const int batch_begin = batches.begin[k], batch_end = batches.begin[k + 1];
-    const std::span batch(batches.order.data() + batch_begin, static_cast<std::size_t>(batch_end - batch_begin));
-    order_by_points(batch, manifolds, plan.order.data() + batch_begin);
-
-    const int begin = static_cast<int>(plan.contacts.size());
-    for (int first = batch_begin; first < batch_end; first += lanes)
-      plan.contacts.push_back(
-          {plan.order.data() + first, static_cast<std::size_t>(std::min(lanes, batch_end - first))});
-    const int end = static_cast<int>(plan.contacts.size());
-    const bool small = end - begin < small_batch;
-    if (small && !plan.stages.empty() && plan.stages.back().small)
-      plan.stages.back().end = end;
-    else
-      plan.stages.push_back({begin, end, small});
-  }
-  return plan;
-}
 
 // Calls action(contacts) for all vectors, stage by stage. Every thread of the team must call it. The vectors of a stage
 // share no body that moves, or one thread takes them in order. The barrier at the end of a stage makes its writes
@@ -256,6 +209,34 @@ void for_each_contact(const Plan& plan, Contacts* contacts, const Action& action
   }
 }
 
+// Room for elements that are written before they are read. The team writes a page first, not the thread that asks.
+template <class T>
+struct Room {
+  std::unique_ptr<T[]> elements;
+  std::size_t size = 0;
+
+  std::span<T> of(std::size_t n) {
+    if (size < n) {
+      elements.reset(), size = 0;
+      elements = std::make_unique_for_overwrite<T[]>(n + n / 2);
+      size = n + n / 2;
+    }
+    return {elements.get(), n};
+  }
+};
+
+// The calling thread's own, kept from call to call (openmp/spatial/workspace.h says why).
+struct Memory {
+  Plan plan;
+  Room<Contacts> contacts;
+  Room<BodyState> states;
+  Room<Motion<Real>> before;  // [body]: as the step found it
+};
+Memory& own_memory() {
+  thread_local Memory mine;
+  return mine;
+}
+
 }  // namespace
 
 void contact_solver_batches(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds,
@@ -263,23 +244,32 @@ void contact_solver_batches(const SolverSettings& settings, std::span<const Mani
                             std::span<Impulses<Real>> impulses, Array<Motion<Real>>& moving) {
   const Substep<Real> substep = substep_of<Real>(settings);
   const auto moves = [&](int i) { return bodies.inverse_mass[i].w > 0; };
-  const Plan plan = make_plan(batches, manifolds);
-  const int vectors = static_cast<int>(plan.contacts.size());
-  const auto contacts = std::make_unique_for_overwrite<Contacts[]>(vectors);
-  Array<BodyState> states(bodies.count);
-  Array<Motion<Real>> before = bodies.motion;
-  moving.assign(bodies.motion.size(), {});
+  Memory& memory = own_memory();
+  Plan& plan = memory.plan;
+  cut(batches, plan);
+  const int vectors = static_cast<int>(plan.vectors.size());
+  const std::span<Contacts> contacts = memory.contacts.of(vectors);
+  const std::span<BodyState> states = memory.states.of(bodies.count);
+  const std::span<Motion<Real>> before = memory.before.of(bodies.count);
+  moving.resize(bodies.motion.size());
+  std::fill(moving.begin() + bodies.count, moving.end(), Motion<Real>{});
   // In loops over bodies or vectors, each one belongs to one thread. Between two barriers other bodies' velocities are
   // only read.
 #pragma omp parallel
   {
+#pragma omp for schedule(static) nowait
+    for (int i = 0; i < bodies.count; ++i) {
+      before[i] = bodies.motion[i];
+      states[i] = {bodies.motion[i], {}};
+    }
+    order_by_points(batches, manifolds, plan);
 #pragma omp for schedule(static)
-    for (int i = 0; i < bodies.count; ++i) states[i] = {bodies.motion[i], {}};
-#pragma omp for schedule(static)
-    for (int i = 0; i < vectors; ++i)
-      make_contacts(manifolds, plan.contacts[i], static_cast<Real>(settings.bounce_from), body, bodies, impulses,
-                    contacts[i]);
-    const auto for_all = [&](const auto& action) { for_each_contact(plan, contacts.get(), action); };
+    for (int i = 0; i < vectors; ++i) {
+      const auto [first, count] = plan.vectors[i];
+      make_contacts(manifolds, {plan.order.data() + first, static_cast<std::size_t>(count)},
+                    static_cast<Real>(settings.bounce_from), body, bodies, impulses, contacts[i]);
+    }
+    const auto for_all = [&](const auto& action) { for_each_contact(plan, contacts.data(), action); };
     for (int part = 0; part < settings.substeps; ++part) {
 #pragma omp for schedule(static)
       for (int i = 0; i < bodies.count; ++i)

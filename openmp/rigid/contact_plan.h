@@ -1,0 +1,104 @@
+// The order in which contacts stand in vectors of sixteen, and which vectors stand between two barriers.
+//
+// Within a batch, contacts with as many points stand side by side, so that few lanes wait for others' points; the order
+// within a batch does not change the bits. This is a counting sort in pieces: each piece counts its contacts, one thread
+// adds up, and each piece then knows where its contacts go. A piece is whole vectors of one batch, so the plan is the
+// same whoever makes the pieces.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "common/batches.h"
+#include "common/rigid/manifold.h"
+#include "common/simd.h"
+
+namespace lockstep::rigid::openmp {
+
+// Vectors of contacts, begin .. end - 1, between two barriers. They are one batch, or several small batches in order,
+// which one thread takes.
+struct Stage {
+  int begin, end;
+  bool small;
+};
+
+inline constexpr int small_batch = 4;          // vectors: less than what a barrier costs
+inline constexpr int piece_size = 32 * lanes;  // contacts: a thousand pieces are added up in some microseconds
+
+struct Plan {
+  struct Vector {
+    int first, count;  // contacts order[first] .. order[first + count - 1]
+  };
+  // Contacts begin .. end - 1 of `batches.order`, all of one batch.
+  struct Piece {
+    int batch, begin, end;
+    int first_vector;           // its vectors, counted from `begin`
+    int next[most_points + 1];  // [points fewer than most]: how many there are, then where the next of them goes
+  };
+
+  std::vector<std::int32_t> order;  // manifolds, batch after batch
+  std::vector<Vector> vectors;
+  std::vector<Stage> stages;
+  std::vector<Piece> pieces;
+};
+
+// Cuts batches into pieces, vectors and stages. Keeps the memory of the plan before.
+inline void cut(const Batches& batches, Plan& plan) {
+  plan.pieces.clear(), plan.stages.clear();
+  int vectors = 0;
+  for (int k = 0; k < batches.count(); ++k) {
+    const int begin = vectors, end_of_batch = batches.begin[k + 1];
+    for (int first = batches.begin[k]; first < end_of_batch; first += piece_size) {
+      const int last = std::min(first + piece_size, end_of_batch);
+      plan.pieces.push_back({k, first, last, vectors, {}});
+      vectors += (last - first + lanes - 1) / lanes;
+    }
+    const bool small = vectors - begin < small_batch;
+    if (small && !plan.stages.empty() && plan.stages.back().small)
+      plan.stages.back().end = vectors;
+    else
+      plan.stages.push_back({begin, vectors, small});
+  }
+  plan.order.resize(batches.order.size());
+  plan.vectors.resize(vectors);
+}
+
+// Adds the counts of a batch's pieces up: most points first, and of as many points the first piece first.
+inline void add_up(Plan& plan) {
+  const int pieces = static_cast<int>(plan.pieces.size());
+  for (int first = 0, end = 0; first < pieces; first = end) {
+    while (end < pieces && plan.pieces[end].batch == plan.pieces[first].batch) ++end;
+    int sum = plan.pieces[first].begin;
+    for (int fewer = 0; fewer <= most_points; ++fewer)
+      for (int k = first; k < end; ++k) sum += std::exchange(plan.pieces[k].next[fewer], sum);
+  }
+}
+
+// Orders the contacts of a plan that has been cut. Every thread of the team must call it; a barrier stands at its end.
+template <class Real>
+void order_by_points(const Batches& batches, std::span<const Manifold<Real>> manifolds, Plan& plan) {
+  const int pieces = static_cast<int>(plan.pieces.size());
+  const std::int32_t* const from = batches.order.data();
+  // A piece counts for itself.
+#pragma omp for schedule(static)
+  for (int k = 0; k < pieces; ++k) {
+    Plan::Piece& piece = plan.pieces[k];
+    for (int i = piece.begin; i < piece.end; ++i) ++piece.next[most_points - manifolds[from[i]].count];
+  }
+#pragma omp single
+  add_up(plan);
+  // No two pieces have a place or a vector in common.
+#pragma omp for schedule(static)
+  for (int k = 0; k < pieces; ++k) {
+    Plan::Piece& piece = plan.pieces[k];
+    for (int i = piece.begin; i < piece.end; ++i)
+      plan.order[piece.next[most_points - manifolds[from[i]].count]++] = from[i];
+    for (int first = piece.begin, vector = piece.first_vector; first < piece.end; first += lanes, ++vector)
+      plan.vectors[vector] = {first, std::min(lanes, piece.end - first)};
+  }
+}
+
+}  // namespace lockstep::rigid::openmp
