@@ -19,6 +19,8 @@
 #include "common/cloth/relax.h"
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "common/cloth/project.h"
 #include "common/real.h"
@@ -66,19 +68,40 @@ void relax_chains(Cloth<Real>& cloth, int iterations) {
   }
 }
 
+namespace {
+
+// The bands of a sheet's colours: pass 2 f + colour is that colour of family f. They depend on nothing but the
+// arguments. The calling thread keeps its last ones from call to call, for one thread makes them while all others wait.
+const Bands& bands_of_colours(int rows, const std::vector<Family<Real>>& families, int threads) {
+  struct Kept {
+    int rows = 0, threads = 0;
+    std::vector<int> downs;  // [family]
+    Bands bands;
+  };
+  thread_local Kept kept;
+  std::vector<int> downs;
+  for (const Family<Real>& family : families) downs.push_back(family.down);
+  if (kept.rows == rows && kept.threads == threads && kept.downs == downs) return kept.bands;
+
+  Units units;
+  const int passes = 2 * static_cast<int>(families.size());
+  for (int pass = 0; pass < passes; ++pass) {
+    const int down = downs[pass / 2], colour = pass % 2;
+    for (int r = 0; r + down < rows; ++r)
+      if (down == 0 || r / down % 2 == colour) units.push_back({pass, r, r + down + 1, std::max(down, 1)});
+  }
+  Bands bands = cut_into_bands(units, rows, passes, threads);
+  kept = {rows, threads, std::move(downs), std::move(bands)};
+  return kept.bands;
+}
+
+}  // namespace
+
 void relax_colours(Cloth<Real>& cloth, int iterations) {
   const Sheet& sheet = cloth.sheet;
   const std::vector<Family<Real>>& families = cloth.families;
   const Rows rows = rows_of(cloth);
-
-  Units units;  // pass 2 f + colour is that colour of family f
-  const int passes = 2 * static_cast<int>(families.size());
-  for (int pass = 0; pass < passes; ++pass) {
-    const int down = families[pass / 2].down, colour = pass % 2;
-    for (int r = 0; r + down < sheet.rows; ++r)
-      if (down == 0 || r / down % 2 == colour) units.push_back({pass, r, r + down + 1, std::max(down, 1)});
-  }
-  const Bands shared = cut_into_bands(units, sheet.rows, passes, omp_get_max_threads());
+  const Bands& shared = bands_of_colours(sheet.rows, families, omp_get_max_threads());
   const int bands = static_cast<int>(shared.bands.size());
 
   const auto enforce = [&](const Units& units) {
