@@ -85,7 +85,7 @@ const std::map<std::string, int> floors = {
     {"rigid/batches", 99},
     {"rigid/box_box", 62},
     {"rigid/bvh", 57},
-    {"rigid/contact_solver", 65},
+    {"rigid/contact_solver", 66},
     {"rigid/convex_axes", 76},
     {"rigid/convex_clip", 56},
     {"rigid/gjk", 76},

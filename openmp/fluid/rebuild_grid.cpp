@@ -57,7 +57,6 @@ struct Part {
   Array<std::int32_t> next;
 
   int entries() const { return cells.end - cells.begin; }
-  std::int32_t* next_by_cell() { return next.data() - cells.begin; }
 };
 
 void take(const Grid<Real>& grid, const Vectors<Real>& position, const Share& particles, Part& part) {
@@ -78,9 +77,9 @@ void take(const Grid<Real>& grid, const Vectors<Real>& position, const Share& pa
 // Calls visit(c, entry of c) for those of `cells` for which the part has an entry.
 template <class Visit>
 void for_each_entry(Part& part, const Share& cells, const Visit& visit) {
-  std::int32_t* const next = part.next_by_cell();
-  const int end = std::min(part.cells.end, cells.end);
-  for (int c = std::max(part.cells.begin, cells.begin); c < end; ++c) visit(c, next[c]);
+  std::int32_t* const next = part.next.data();
+  const int first = part.cells.begin, end = std::min(part.cells.end, cells.end);
+  for (int c = std::max(first, cells.begin); c < end; ++c) visit(c, next[c - first]);
 }
 
 // sorted[k] = old[from[k]]
@@ -127,9 +126,10 @@ void rebuild_grid_counting_sort(Grid<Real>& grid, Particles<Real>& particles, Pa
       take(grid, particles.position, thread < fewer ? share(particles.count, thread, fewer) : Share{0, 0}, part);
     }
     failure.guard([&] { part.next.assign(part.entries(), 0); });
-    std::int32_t* const my_next = part.next_by_cell();
+    std::int32_t* const my_next = part.next.data();
+    const int first = part.cells.begin;
     if (!part.next.empty())
-      for_each_cell(grid, particles.position, part.particles, [&](int, std::int32_t cell) { ++my_next[cell]; });
+      for_each_cell(grid, particles.position, part.particles, [&](int, std::int32_t cell) { ++my_next[cell - first]; });
 #pragma omp barrier
 
     if (!failure.happened()) {
@@ -155,7 +155,7 @@ void rebuild_grid_counting_sort(Grid<Real>& grid, Particles<Real>& particles, Pa
 #pragma omp barrier
 
       for_each_cell(grid, particles.position, part.particles,
-                    [&](int i, std::int32_t cell) { from[my_next[cell]++] = i; });
+                    [&](int i, std::int32_t cell) { from[my_next[cell - first]++] = i; });
 #pragma omp barrier
 
       fetch(particles.position, from, mine, sorted.position);

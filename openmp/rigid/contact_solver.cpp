@@ -25,6 +25,7 @@
 #include "common/simd.h"
 #include "openmp/rigid/contact_plan.h"
 #include "openmp/rigid/lanes.h"
+#include "openmp/spatial/workspace.h"
 
 namespace lockstep::rigid::openmp {
 namespace {
@@ -126,10 +127,10 @@ void store_impulses(const Contacts& contacts, std::span<Impulses<Real>> impulses
 // --- Sweeps
 
 // The motions in bodies' states, as records. Body i has record records_of_body * i.
-std::span<Motion<Real>> motions(std::span<BodyState> states) {
+std::span<Motion<Real>> motions(Array<BodyState>& states) {
   return {&states.data()->motion, records_of_body * states.size()};
 }
-std::span<Motion<Real>> movements(std::span<BodyState> states) { return motions(states).subspan(1); }
+std::span<Motion<Real>> movements(Array<BodyState>& states) { return motions(states).subspan(1); }
 
 struct Velocities {
   Velocity<floatv> a, b;
@@ -142,7 +143,7 @@ LOCKSTEP_INLINE void store_velocities(const Velocities& v, const Contacts& conta
   store_motion(motion, contacts.b, {v.b.linear, v.b.angular, {0.f, 0.f}}, lanes_of(contacts.b_moves));
 }
 
-void warm_start(const Contacts& contacts, std::span<BodyState> states) {
+void warm_start(const Contacts& contacts, Array<BodyState>& states) {
   const ContactConstraint<floatv>& c = contacts.constraint;
   Velocities v = load_velocities(contacts, motions(states));
   for (int k = 0; k < most_points && contacts.has_point[k] != 0; ++k)
@@ -156,7 +157,7 @@ LOCKSTEP_INLINE void solve_frictions(Contacts& contacts, Velocities& v) {
     solve_friction(lanes_of(contacts.has_point[k]), c, c.point[k], v.a, v.b);
 }
 
-LOCKSTEP_INLINE void solve_normals(Contacts& contacts, const Sweep<Real>& sweep, std::span<BodyState> states,
+LOCKSTEP_INLINE void solve_normals(Contacts& contacts, const Sweep<Real>& sweep, Array<BodyState>& states,
                                    Velocities& v) {
   ContactConstraint<floatv>& c = contacts.constraint;
   const Velocities moved = load_velocities(contacts, movements(states));
@@ -166,20 +167,20 @@ LOCKSTEP_INLINE void solve_normals(Contacts& contacts, const Sweep<Real>& sweep,
     solve_normal(lanes_of(contacts.has_point[k]), c, c.point[k], in_lanes, moved.a, moved.b, v.a, v.b);
 }
 
-void solve_biased(Contacts& contacts, const Sweep<Real>& sweep, std::span<BodyState> states) {
+void solve_biased(Contacts& contacts, const Sweep<Real>& sweep, Array<BodyState>& states) {
   Velocities v = load_velocities(contacts, motions(states));
   solve_normals(contacts, sweep, states, v);
   store_velocities(v, contacts, motions(states));
 }
 
-void relax(Contacts& contacts, const Sweep<Real>& sweep, std::span<BodyState> states) {
+void relax(Contacts& contacts, const Sweep<Real>& sweep, Array<BodyState>& states) {
   Velocities v = load_velocities(contacts, motions(states));
   solve_frictions(contacts, v);
   solve_normals(contacts, sweep, states, v);
   store_velocities(v, contacts, motions(states));
 }
 
-void bounce(const Contacts& contacts, std::span<BodyState> states) {
+void bounce(const Contacts& contacts, Array<BodyState>& states) {
   const ContactConstraint<floatv>& c = contacts.constraint;
   Velocities v = load_velocities(contacts, motions(states));
   maskv changed = first_lanes(0);
@@ -209,28 +210,23 @@ void for_each_contact(const Plan& plan, Contacts* contacts, const Action& action
   }
 }
 
-// Room for elements that are written before they are read. The team writes a page first, not the thread that asks.
-template <class T>
-struct Room {
-  std::unique_ptr<T[]> elements;
-  std::size_t size = 0;
-
-  std::span<T> of(std::size_t n) {
-    if (size < n) {
-      elements.reset(), size = 0;
-      elements = std::make_unique_for_overwrite<T[]>(n + n / 2);
-      size = n + n / 2;
-    }
-    return {elements.get(), n};
-  }
-};
-
 // The calling thread's own, kept from call to call (openmp/spatial/workspace.h says why).
 struct Memory {
   Plan plan;
-  Room<Contacts> contacts;
-  Room<BodyState> states;
-  Room<Motion<Real>> before;  // [body]: as the step found it
+  Array<BodyState> states;
+  Array<Motion<Real>> before;  // [body]: as the step found it
+  std::unique_ptr<Contacts[]> contacts;
+  int room = 0;  // contacts allocated
+
+  // Contacts for the vectors of the plan. The team writes a page first, not the thread that asks.
+  std::span<Contacts> make_room(int vectors) {
+    if (room < vectors) {
+      contacts.reset(), room = 0;
+      contacts = std::make_unique_for_overwrite<Contacts[]>(vectors + vectors / 2);
+      room = vectors + vectors / 2;
+    }
+    return {contacts.get(), static_cast<std::size_t>(vectors)};
+  }
 };
 Memory& own_memory() {
   thread_local Memory mine;
@@ -248,10 +244,12 @@ void contact_solver_batches(const SolverSettings& settings, std::span<const Mani
   Plan& plan = memory.plan;
   cut(batches, plan);
   const int vectors = static_cast<int>(plan.vectors.size());
-  const std::span<Contacts> contacts = memory.contacts.of(vectors);
-  const std::span<BodyState> states = memory.states.of(bodies.count);
-  const std::span<Motion<Real>> before = memory.before.of(bodies.count);
-  moving.resize(bodies.motion.size());
+  const std::span<Contacts> contacts = memory.make_room(vectors);
+  Array<BodyState>& states = memory.states;
+  Array<Motion<Real>>& before = memory.before;
+  spatial::openmp::grow(states, bodies.count);
+  spatial::openmp::grow(before, bodies.count);
+  moving.resize(bodies.motion.size(), {});
   std::fill(moving.begin() + bodies.count, moving.end(), Motion<Real>{});
   // In loops over bodies or vectors, each one belongs to one thread. Between two barriers other bodies' velocities are
   // only read.
