@@ -74,7 +74,8 @@ KERNELS = [
 ]
 
 # That have kernels of their own, of both production applications.
-MODULES = [m for figure in (production_modules, face_modules, cloth_modules) for m, form in figure.MODULES.items() if form is not None]
+FIGURES_OF_MODULES = (production_modules, face_modules, cloth_modules)
+MODULES = [m for figure in FIGURES_OF_MODULES for m, form in figure.MODULES.items() if form is not None]
 
 
 def reports(threads=(1, 2)):

@@ -104,6 +104,20 @@ TEST(House, NoReductionInOpenmp) {
       EXPECT_FALSE(std::regex_search(line, std::regex("reduction\\s*\\(\\s*[+*-]"))) << path << ": " << line;
 }
 
+TEST(House, LinesAreShort) {
+  constexpr std::size_t most_columns = 120;
+  for (const std::string folder : {"common", "serial", "openmp", "verify", "tests", "notes"})
+    for (const fs::path& path : sources_below(folder)) {
+      int number = 0;
+      for (const std::string& line : lines_of(path)) {
+        ++number;
+        const auto inside_a_character = [](char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; };
+        const auto columns = line.size() - std::count_if(line.begin(), line.end(), inside_a_character);
+        EXPECT_LE(columns, most_columns) << path << ", line " << number;
+      }
+    }
+}
+
 // What a reader can take in at one sitting. A file that is longer says why in its first lines.
 TEST(House, FilesAreShort) {
   constexpr std::size_t most_lines = 350;

@@ -91,7 +91,8 @@ TEST(Make, DiffShowsAFormAlone) {
 TEST(Make, DiffNamesTheFormsOfAKernel) {
   const Made made = make("-o build/lockstep diff KERNEL=fluid/forces FORM=cell_lock");
   EXPECT_EQ(made.code, 2);
-  EXPECT_NE(made.text.find("FORM=cell_lock of fluid/forces, expected one of: owner_gather, pair_lists, sub_grid, cell_locks\n"),
+  EXPECT_NE(made.text.find("FORM=cell_lock of fluid/forces, expected one of: owner_gather, pair_lists, sub_grid, "
+                           "cell_locks\n"),
             std::string::npos) << made.text;
   EXPECT_NE(make("-o build/lockstep diff KERNEL=fluid/advance FORM=x").text.find("expected none"), std::string::npos);
 }
@@ -163,7 +164,8 @@ TEST_F(MakeWithTools, NamesThePackagesThatBuildingLacks) {
   }
   const Made program = build(these_headers, "common/toml.o"), tests = build(these_headers, "needs_of_tests");
   EXPECT_EQ(program.code, 2);
-  EXPECT_EQ(program.text.find("make: libtomlplusplus-dev missing; make deps installs all packages, README.md names them\n"),
+  EXPECT_EQ(program.text.find("make: libtomlplusplus-dev missing; make deps installs all packages, README.md names "
+                              "them\n"),
             0u) << program.text;
   EXPECT_EQ(tests.text.find("make: libccd-dev missing;"), 0u) << tests.text;
   EXPECT_EQ(build("no-such-g++", "needs").text.find("make: the compiler no-such-g++ is missing;"), 0u);

@@ -16,7 +16,8 @@ struct Processor : Cli {
     const Outcome outcome = without(feature);
     EXPECT_EQ(outcome.code, 2) << feature;
     EXPECT_EQ(outcome.out, "");
-    EXPECT_EQ(outcome.err.find("lockstep: this processor has no " + feature + ", for which the program was built; "), 0u)
+    EXPECT_EQ(outcome.err.find("lockstep: this processor has no " + feature +
+                               ", for which the program was built; "), 0u)
         << outcome.err;
     EXPECT_EQ(outcome.error_lines(), 1);
   }

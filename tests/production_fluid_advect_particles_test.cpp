@@ -228,8 +228,9 @@ TEST(ProductionFluidAdvectParticles, StopsAtObstacles) {
 }
 
 // A wall that slants, with a field that rises by one or less a cell: the way is along the normal, and by what the field
-// lacks. Its values of up to 16 h are interpolated to 256 u h. They are stored to 16 u h, which turns a slope of no less
-// than h / 2 by up to 2 sqrt(3) (2 + 1) 16 u: 340 u h at the end of a way of 2 h. The position's sum rounds by 20 u h.
+// lacks. Its values of up to 16 h are interpolated to 256 u h. They are stored to 16 u h, which turns a slope of no
+// less than h / 2 by up to 2 sqrt(3) (2 + 1) 16 u: 340 u h at the end of a way of 2 h. The position's sum rounds by 20
+// u h.
 TEST(ProductionFluidAdvectParticles, LeavesObstaclesAlongTheNormal) {
   constexpr double bound = 640 * u * h;
   constexpr int n = 20;

@@ -17,10 +17,8 @@ TEST_F(RigidSceneTest, RefusesWhatIsNoScene) {
   EXPECT_EQ(error("kind = \"rigid\"\n" + ball), "a.toml:1:1: frames is missing");
   EXPECT_EQ(error(head), "a.toml:1:1: no body in it");
   EXPECT_EQ(error(head + "step = 1\n"),
-            "a.toml:3:1: unknown key step, expected one of: kind, frames, rest, settle, time_step, iterations, gravity, "
-            "friction, restitution, "
-            "hull, body, "
-            "pyramid, stack, wall, castle, dominoes, pit, soup");
+            "a.toml:3:1: unknown key step, expected one of: kind, frames, rest, settle, time_step, iterations, "
+            "gravity, friction, restitution, hull, body, pyramid, stack, wall, castle, dominoes, pit, soup");
   EXPECT_EQ(error(head + "[body]\nsphere = 1\n"), "a.toml:3:1: body: expected one or more tables [[body]]");
 }
 

@@ -1,6 +1,6 @@
 // The threads of a held team (held_team.h), and how they wait. It answers the calls to OpenMP's runtime with which
-// kernels fork, join and wait (record_wraps.cpp). Loops, sections and singles are still shared out by libgomp, for which
-// the regions are one long region.
+// kernels fork, join and wait (record_wraps.cpp). Loops, sections and singles are still shared out by libgomp, for
+// which the regions are one long region.
 #pragma once
 
 #include <atomic>

@@ -1,7 +1,7 @@
 // Runs scenes for many steps, in the form that `run` uses, and asserts of each that
 //
-//   1. no value is NaN or infinite, no particle passes a wall and no body a plane; checked every hundred steps. No cloth
-//      of the production passes through itself: checked after every step of a frame;
+//   1. no value is NaN or infinite, no particle passes a wall and no body a plane; checked every hundred steps. No
+//      cloth of the production passes through itself: checked after every step of a frame;
 //   2. steps leak no memory;
 //   3. steps that are repeated from a stored state end in the same bits.
 //

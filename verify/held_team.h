@@ -12,9 +12,9 @@
 namespace lockstep::verify {
 
 // Runs `work` on this thread, with a team of `threads` threads (at least 1) at hand. The parallel regions that `work`
-// opens run on the team, which OpenMP forms once, here. omp_get_max_threads() is `threads`, also afterwards. OpenMP may give
-// fewer threads (OMP_THREAD_LIMIT, OMP_DYNAMIC); the regions then have fewer, too. Exceptions of `work` pass through.
-// Regions inside regions run on one thread, as everywhere in Lockstep.
+// opens run on the team, which OpenMP forms once, here. omp_get_max_threads() is `threads`, also afterwards. OpenMP may
+// give fewer threads (OMP_THREAD_LIMIT, OMP_DYNAMIC); the regions then have fewer, too. Exceptions of `work` pass
+// through. Regions inside regions run on one thread, as everywhere in Lockstep.
 //
 // The team is not held, and each region forms its own as OpenMP does by default, where `threads` is 1, where the user
 // has set OMP_WAIT_POLICY or GOMP_SPINCOUNT, and where OpenMP's runtime is not libgomp.

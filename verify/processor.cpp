@@ -33,7 +33,8 @@ void say(const char* text) { [[maybe_unused]] const auto written = write(STDERR_
   for (const Feature& feature : needed) {
     if (x86_cpu_active(feature.place)) continue;
     say("lockstep: this processor has no "), say(feature.name);
-    say(", for which the program was built; build it here with `make`, or for any processor with `make ISA=portable`\n");
+    say(", for which the program was built; build it here with `make`, or for any processor with ");
+    say("`make ISA=portable`\n");
     _exit(2);
   }
 }

@@ -40,9 +40,9 @@ nlohmann::ordered_json fields_of(const Replayed& replayed, const Repeatable& wha
 
 // A row: cores; modelled_ms, which is the larger of compute_ms and memory_ms; the shares of the cores' time (replay.h);
 // and, if the machine has that many cores and the model is its own, measured_ms, off_by, which is
-// modelled / measured - 1, and whole_cores, which says whether enough of the measured runs had the cores that they asked
-// for (samples.h). The row keeps the least disturbed of the recorded and of the measured runs, because other work on the
-// machine only adds time. There are at least three of each, and as many as fit .2 s (quick: one).
+// modelled / measured - 1, and whole_cores, which says whether enough of the measured runs had the cores that they
+// asked for (samples.h). The row keeps the least disturbed of the recorded and of the measured runs, because other work
+// on the machine only adds time. There are at least three of each, and as many as fit .2 s (quick: one).
 nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int cores, bool quick);
 
 }  // namespace lockstep::verify

@@ -36,8 +36,8 @@ template <class Real>
 struct System {
   std::function<double(std::span<const Real> x, std::span<Real> y)> multiply;    // y = A x; returns x . y (dot.h)
   std::function<void(std::span<const Real> x, std::span<Real> y)> precondition;  // y = M^-1 x
-  // |b - A x|, computed in double (residual_norm). Not called if there is `refresh`. May be absent: the true residual of
-  // the solution is then NaN.
+  // |b - A x|, computed in double (residual_norm). Not called if there is `refresh`. May be absent: the true residual
+  // of the solution is then NaN.
   std::function<double(std::span<const Real> b, std::span<const Real> x)> residual;
   // Adds x to the sum and sets it to 0; r = b - A (the sum), computed in double; returns r . r. May be absent.
   std::function<double(std::span<Real> x, std::span<Real> r)> refresh = {};

@@ -33,8 +33,8 @@ struct Scene {
 };
 
 // Reads a TOML scene. Vertices of each sheet, tube and mesh are renumbered along a Morton curve, and triangles by their
-// least vertex, so that neighbours stand near each other in memory, and sheets that lie on each other do not mix. Throws
-// InputError in one line, `file:line:column: what was expected`, where the file cannot be read, is not what
+// least vertex, so that neighbours stand near each other in memory, and sheets that lie on each other do not mix.
+// Throws InputError in one line, `file:line:column: what was expected`, where the file cannot be read, is not what
 // scenes/README.md says, or does not fit the machine's memory, asked before the cloth is made; likewise where a mesh is
 // refused (common/mesh_file.h, make_topology), a triangle is degenerate, an edge is not longer than the thickness, or
 // the cloth intersects or touches itself (common/production_cloth/intersections.h).

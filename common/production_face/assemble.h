@@ -2,8 +2,8 @@
 //
 //   K_ij = sum over the tetrahedra with nodes i and j of their K_ac (element_stiffness.h),   K_ii = -sum over j of K_ij
 //
-// in N/m. K is symmetric to the bit. Where `strained` has been made definite, x^T K x >= 0 but for rounding. Rows of held
-// nodes are empty; columns are not.
+// in N/m. K is symmetric to the bit. Where `strained` has been made definite, x^T K x >= 0 but for rounding. Rows of
+// held nodes are empty; columns are not.
 //
 // In:  body; strained, what update_state makes of it; pattern, made from the body.
 // Out: k, all values; it has been made with the pattern's blocks (make_block_rows, linear::slice). openmp takes room

@@ -6,9 +6,9 @@
 //
 //   u_i = t + w x d_i,   w_i = w,   d_i the member's centre from the aggregate's, over the level's length
 //
-// so that w has the size of t. A centre is the mean of the nodes. Nodes on a line do not tell a rotation about it: where
-// an aggregate's nodes are so, and those of none of its members are not, all its d_i are 0, and the rows of its rotation
-// in the coarse matrix with them.
+// so that w has the size of t. A centre is the mean of the nodes. Nodes on a line do not tell a rotation about it:
+// where an aggregate's nodes are so, and those of none of its members are not, all its d_i are 0, and the rows of its
+// rotation in the coarse matrix with them.
 //
 // The coarse matrix P^T K P couples aggregates I and J by the sum of P_i^T K_ij P_j, i in I and j in J. It has its
 // blocks of 6x6 as four of 3x3, of block rows 2 I and 2 I + 1, so that linear's products take it. K is symmetric, so

@@ -10,9 +10,9 @@
 //
 //   volume (w . gradient_a) (w . gradient_c) (t / l I + c (F w) (F w)^T).
 //
-// K_ca is K_ac^T, so a block for each two corners is enough. Where all corners move alike nothing changes: the blocks of
-// a row sum to 0. So those of corner 0 follow from the others', and the diagonal of the whole matrix follows from its
-// other blocks (set_diagonal): a tetrahedron gives none of it.
+// K_ca is K_ac^T, so a block for each two corners is enough. Where all corners move alike nothing changes: the blocks
+// of a row sum to 0. So those of corner 0 follow from the others', and the diagonal of the whole matrix follows from
+// its other blocks (set_diagonal): a tetrahedron gives none of it.
 //
 // Source: Teran, Sifakis, Irving and Fedkiw, Robust quasistatic finite elements and flesh simulation, SCA 2005.
 #pragma once

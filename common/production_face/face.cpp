@@ -31,8 +31,8 @@ bool is_loose(const Vector& p) {
   return p.z > .02 && x * x + high * high < 1;
 }
 
-// Beside them, a strip of 8 mm between what moves with the jaw and with the skull is free; and so are nodes of the skull
-// that share a tetrahedron with one of the jaw.
+// Beside them, a strip of 8 mm between what moves with the jaw and with the skull is free; and so are nodes of the
+// skull that share a tetrahedron with one of the jaw.
 std::vector<Bone> bones_of(const Mesh& mesh, double spacing) {
   std::vector<Bone> bone(mesh.nodes.size(), Bone::none);
   for (std::size_t n = 0; n < bone.size(); ++n) {

@@ -55,8 +55,8 @@ struct SymmetricBlock {
   Number diagonal[3], next[3];
 };
 
-// The inverse of a block on K's diagonal. A block whose minors do not show beyond rounding that it is definite gives 1 /
-// (|xx| + |yy| + |zz|) on the diagonal, and a block of 0 gives 0: M must be definite even where K is not.
+// The inverse of a block on K's diagonal. A block whose minors do not show beyond rounding that it is definite gives
+// 1 / (|xx| + |yy| + |zz|) on the diagonal, and a block of 0 gives 0: M must be definite even where K is not.
 template <class Number>
 inline SymmetricBlock<Number> inverse(const SymmetricBlock<Number>& block) {
   const auto next = [](int c) { return (c + 1) % 3; };

@@ -10,9 +10,9 @@
 // and count twice. Elsewhere it is interpolated, each component on its own grid. A foot outside a component's grid
 // takes the value of the nearest position on its boundary.
 //
-// Where a face and all faces beside it are zero, of either sign, so is the result, with a positive sign: the foot is the
-// face itself, and a + t (b - a) of zeros is -0 nowhere but beside padding along x; along y it is +0 again. In the air,
-// far from the liquid, faces need no trace for that.
+// Where a face and all faces beside it are zero, of either sign, so is the result, with a positive sign: the foot is
+// the face itself, and a + t (b - a) of zeros is -0 nowhere but beside padding along x; along y it is +0 again. In the
+// air, far from the liquid, faces need no trace for that.
 //
 // In:      faces, finite, as is their padding; fewer than 2^31 values a component with padding; dt, s, of either sign.
 // Out:     advected, of the same shape, not the same arrays: every face; padding stays as it is.

@@ -11,10 +11,10 @@
 // two steps are enough: what is left of the way along the surface falls by distance / radius in each, and its square
 // counts in the distance.
 //
-// A cubic that passes through both sides of a thin sheet has no kink in its middle, as distances have, and its zeros lie
-// too far out: redistanced so, sheets grow. So p counts only where phi does not bend by more than `largest_bend` at the
-// eight centres around p. Bend is a second difference along an axis. Of a distance it is the curvature, 1 / R beside a
-// ball of R cells; at a centre d cells from a kink it is up to 2 (1 - d).
+// A cubic that passes through both sides of a thin sheet has no kink in its middle, as distances have, and its zeros
+// lie too far out: redistanced so, sheets grow. So p counts only where phi does not bend by more than `largest_bend` at
+// the eight centres around p. Bend is a second difference along an axis. Of a distance it is the curvature, 1 / R
+// beside a ball of R cells; at a centre d cells from a kink it is up to 2 (1 - d).
 //
 // Source: Chopp, Some improvements of the fast marching method, SIAM J. Sci. Comput. 23 (2001). The rule is ours.
 #pragma once

@@ -18,8 +18,8 @@
 //                     Jacobi: z += damping ((r + sum of z over neighbours) / diagonal - z)
 //
 // Transfers. P interpolates: a child takes 3/4 of its parent's value and 1/4 of the next cell's on its side, axis after
-// axis. Beyond a wall, the next cell is the parent itself. R is P's transpose but for a factor, so that along an axis it
-// takes a mean, with weights (1 3 3 1) / 8; times 4, because coarse cells are twice as long and rows have the unit
+// axis. Beyond a wall, the next cell is the parent itself. R is P's transpose but for a factor, so that along an axis
+// it takes a mean, with weights (1 3 3 1) / 8; times 4, because coarse cells are twice as long and rows have the unit
 // 1 / length^2. An axis of one cell stays as it is.
 //
 // The second half of a cycle mirrors the first. So z is linear in r, and the map is symmetric, and positive definite on
@@ -61,8 +61,8 @@ inline constexpr float jacobi_damping = 6.f / 7;
 
 // --- What is in a cell
 
-// The kinds of a grid's cells, with a layer of cells around them: beyond the box are walls, and air above an open top. A
-// coarse cell has the greatest kind of its children. An array of the same size may hold something else of each cell.
+// The kinds of a grid's cells, with a layer of cells around them: beyond the box are walls, and air above an open top.
+// A coarse cell has the greatest kind of its children. An array of the same size may hold something else of each cell.
 struct Kinds {
   enum : std::uint8_t { wall, solid, liquid, air };
 

@@ -56,8 +56,8 @@ inline constexpr float reach_of_closest_points = 3;
 
 // --- Formulas; of numbers or of lanes
 
-// How steep phi is at a cell, 1 for a distance. Beyond the box, phi is what it is here. load(index) is an element of phi,
-// counted from cell (0, 0, 0).
+// How steep phi is at a cell, 1 for a distance. Beyond the box, phi is what it is here. load(index) is an element of
+// phi, counted from cell (0, 0, 0).
 template <class Index, class Real, class Load>
 inline auto steepness(const Field<Real>& phi, const Index& x, const Index& y, const Index& z, const Load& load) {
   const Index place = (z * Index(phi.ny) + y) * Index(phi.pitch) + x;

@@ -59,8 +59,8 @@ void add_hull(World<double>& world, int hull, const Pose<double>& local = no_off
 // Solid below local y = 0. For static bodies only.
 void add_plane(World<double>& world, const Pose<double>& local = no_offset);
 // Adds one collider per triangle, around the middle of the triangle's own box. For static bodies only. Throws
-// std::invalid_argument if a triangle is too thin to have a plane: if its height above its longest edge is not more than
-// 1e-6 of that edge.
+// std::invalid_argument if a triangle is too thin to have a plane: if its height above its longest edge is not more
+// than 1e-6 of that edge.
 void add_mesh(World<double>& world, const Mesh& mesh, const Pose<double>& local = no_offset);
 // Computes mass, inertia and principal axes of the body begun last, as if its colliders were solid and did not overlap.
 // The body's origin moves to the centre of mass, and its axes turn to the principal axes, unless they are there already

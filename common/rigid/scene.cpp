@@ -197,8 +197,8 @@ void read_body(const toml::table& table, World<double>& world, const Defaults& d
 Scene load_scene(const std::string& path) {
   const toml::table scene =
       read_scene(path, "rigid", {"kind", "frames"},
-                 {"rest", "settle", "time_step", "iterations", "gravity", "friction", "restitution", "hull", "body", "pyramid",
-                  "stack", "wall", "castle", "dominoes", "pit", "soup"});
+                 {"rest", "settle", "time_step", "iterations", "gravity", "friction", "restitution", "hull", "body",
+                  "pyramid", "stack", "wall", "castle", "dominoes", "pit", "soup"});
   const int frames = *whole_int(scene, "frames", 1);
   const int rest = whole_int(scene, "rest", 0).value_or(0), settle = whole_int(scene, "settle", 0).value_or(0);
   const int iterations = whole_int(scene, "iterations", 1).value_or(SolverSettings{}.substeps);

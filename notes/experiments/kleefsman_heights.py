@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Water heights of the dam break against a box, beside measured ones: prints the table of notes/production_fluid.md, and
-draws them over time. From the repository, once it is built:
+"""Water heights of the dam break against a box, beside measured ones: prints the table of notes/production_fluid.md,
+and draws them over time. From the repository, once it is built:
 
     make run SCENE=kleefsman_161 FRAMES=66 THREADS=1
     /usr/bin/python3 notes/experiments/kleefsman_heights.py build/frames/kleefsman_161 [heights.svg]

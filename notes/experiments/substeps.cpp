@@ -1,7 +1,7 @@
 // With how many substeps do piles of rigid bodies come to rest? Runs scenes with the numbers of substeps given, and
-// prints the table of notes/contact_solver.md: the kinetic energy a body after a third, two thirds and all of the steps,
-// the deepest contact of two bodies and of one with what is fixed, how far bodies are from where they began, and in how
-// many batches the last step's contacts are.
+// prints the table of notes/contact_solver.md: the kinetic energy a body after a third, two thirds and all of the
+// steps, the deepest contact of two bodies and of one with what is fixed, how far bodies are from where they began, and
+// in how many batches the last step's contacts are.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -64,8 +64,8 @@ void measure(const Run& run, int substeps) {
 
 // Arguments: numbers of substeps.
 int main(int argc, char** argv) {
-  std::printf("| scene | steps | substeps | J a body after a third, two thirds, all steps | deepest, bodies / fixed, mm "
-              "| moved, mean and most, mm | batches |\n|---|---|---|---|---|---|---|\n");
+  std::printf("| scene | steps | substeps | J a body after a third, two thirds, all steps | deepest, bodies / fixed, "
+              "mm | moved, mean and most, mm | batches |\n|---|---|---|---|---|---|---|\n");
   for (const Run& run : runs)
     for (int k = 1; k < argc; ++k) measure(run, std::atoi(argv[k]));
 }

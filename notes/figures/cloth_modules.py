@@ -7,9 +7,9 @@ import module_times
 TITLE = "Production cloth: a frame by module"
 PAPER_FIGURE = "[ITJ07] Parallelization Methodology, Figure 8"
 PAPER = (
-    "5 s a frame of a production cloth, serially, on a 3.0 GHz Xeon; the size of its scene is not given. On 64 simulated"
-    " cores the modules of the cloth together take 1/30 of the time of one, the least of the three applications (Hughes"
-    " et al., ISCA 2007)."
+    "5 s a frame of a production cloth, serially, on a 3.0 GHz Xeon; the size of its scene is not given. On 64"
+    " simulated cores the modules of the cloth together take 1/30 of the time of one, the least of the three"
+    " applications (Hughes et al., ISCA 2007)."
 )
 PAPER_AT_64 = 30
 FORM = "batches"  # of the step
@@ -44,9 +44,9 @@ def here(rows):
     module, share = module_times.longest(rows)
     return [
         f"A frame of 1/60 s has {first['steps']} steps, {first['iterations']} iterations of conjugate gradients and"
-        f" {first['near']} contacts in all, serially. Left: the time of each module, all steps together. Right: what the"
-        f" model of {first['cores']} cores gives to each on {first['modelled_on']}, a larger cloth, alone; repulsions by"
-        " their batches. The"
+        f" {first['near']} contacts in all, serially. Left: the time of each module, all steps together. Right: what"
+        f" the model of {first['cores']} cores gives to each on {first['modelled_on']}, a larger cloth, alone;"
+        " repulsions by their batches. The"
         f" frame would take 1/{module_times.of_frame(rows):.1f} of the time of one core, and {module} would take"
         f" {share:.0%} of that. The papers' time is of another machine and another scene.",
     ]

@@ -7,8 +7,8 @@ import module_times
 TITLE = "Production face: a frame by module"
 PAPER_FIGURE = "[ITJ07] Parallelization Methodology, Figure 8"
 PAPER = (
-    "14 s a frame of a production face, serially, on a 3.0 GHz Xeon; the size of its scene is not given. On 64 simulated"
-    " cores the modules of the face together take 1/50 of the time of one (Hughes et al., ISCA 2007)."
+    "14 s a frame of a production face, serially, on a 3.0 GHz Xeon; the size of its scene is not given. On 64"
+    " simulated cores the modules of the face together take 1/50 of the time of one (Hughes et al., ISCA 2007)."
 )
 PAPER_AT_64 = 50
 FORM = "newton"  # of the step

@@ -3,9 +3,9 @@
     compare.py REPORT --programs FOLDER --make COMMAND [--only PEER[/SCENE[/THREADS]],...] [--add ROWS]
 
 `make peers` calls it; notes/peers.md says what is compared and what a row is. Packages that are missing are installed
-if that is possible; a peer that cannot be built or run is skipped, and a line says why. Rows of the same comparison that
-REPORT has already are replaced, others stay. --add merges rows of a file that somebody else measured, and measures
-nothing.
+if that is possible; a peer that cannot be built or run is skipped, and a line says why. Rows of the same comparison
+that REPORT has already are replaced, others stay. --add merges rows of a file that somebody else measured, and
+measures nothing.
 """
 
 import argparse

@@ -22,8 +22,8 @@ struct Side {
 
 // Lets the peer and ours take turns, on as many threads: three times, up to nine times within 12 s, and up to sixty
 // times within 4 s of both together. Ours has a held team, as in `lockstep bench`; a peer in another library has
-// whatever threads it was told to use. Threads of the one sleep before the other starts. Returns the fields threads, cores,
-// whole_cores, samples (ms an item) and ours_samples.
+// whatever threads it was told to use. Threads of the one sleep before the other starts. Returns the fields threads,
+// cores, whole_cores, samples (ms an item) and ours_samples.
 Json take_turns(int threads, double items, const Side& peer, const Side& ours);
 
 // What this call was asked for.

@@ -90,7 +90,8 @@ SCENES = {
 STYLE = """
 body { margin: 0 auto; max-width: 1400px; padding: 0 1em; font: 15px/1.4 sans-serif; color: #222; background: #fff; }
 h1 { font-size: 1.4em; }
-main { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 300px), 1fr)); gap: 1.2em; margin: 1em 0; }
+main { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 300px), 1fr)); gap: 1.2em;
+  margin: 1em 0; }
 article { border: 1px solid #ccc; padding: .6em; overflow: hidden; }
 article img { display: block; width: 100%; height: auto; aspect-ratio: 3 / 2; }
 h2 { font-size: 1.05em; margin: .5em 0 .2em; } p { margin: .3em 0; }

@@ -1,7 +1,7 @@
 // Contacts answered batch after batch, or all at once: the loops that repulsions and impulses share.
 //
-// Batches. Contacts of a batch share no vertex that moves: sixteen at once, shared out to threads. The last batches hold
-// a few contacts each; one thread takes several of them in a row, which needs no barrier between them.
+// Batches. Contacts of a batch share no vertex that moves: sixteen at once, shared out to threads. The last batches
+// hold a few contacts each; one thread takes several of them in a row, which needs no barrier between them.
 //
 // All at once. Contacts write impulses, and each vertex adds up its own, from a list of where it stands in contacts: no
 // two threads write to one place, and sums are in the order of contacts.

@@ -1,8 +1,8 @@
 // What a pose makes of each tetrahedron.
 //
 // The algorithm and its serial form stand in serial/production_face/update_state.cpp. Sixteen tetrahedra, a block, at
-// once; threads share the blocks. Few derivatives must be made definite, but most blocks have one such: those wait until
-// there are sixteen.
+// once; threads share the blocks. Few derivatives must be made definite, but most blocks have one such: those wait
+// until there are sixteen.
 //
 // The contract stands in common/production_face/update_state.h.
 #include "common/production_face/update_state.h"

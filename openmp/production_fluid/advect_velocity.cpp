@@ -1,8 +1,8 @@
 // Moves the velocity with itself.
 //
 // The algorithm and its serial form stand in serial/production_fluid/advect_velocity.cpp. Sixteen faces along x at
-// once; threads share the rows of bricks. Faces of one line stand side by side, so what stands at them is loaded; what stands at
-// a foot is mostly loaded, too (corners.h).
+// once; threads share the rows of bricks. Faces of one line stand side by side, so what stands at them is loaded; what
+// stands at a foot is mostly loaded, too (corners.h).
 //
 // The contract stands in common/production_fluid/advect_velocity.h.
 #include "common/production_fluid/advect_velocity.h"

@@ -71,8 +71,8 @@ void for_each_line(const Bordered& cells, const F& f) {
     for (int y = 0; y < cells.ny; ++y) f(y, z);
 }
 
-// In the loops below, bounds and strides are copied: a byte that is written might be part of what a reference names, and
-// the loop would stay scalar.
+// In the loops below, bounds and strides are copied: a byte that is written might be part of what a reference names,
+// and the loop would stay scalar.
 inline Kinds finest_kinds(const System<float>& system) {
   Kinds kinds = make_kinds(system.cells, system.open_top);
   for_each_line(kinds.cells, [&](int y, int z) {

@@ -1,9 +1,9 @@
 // The order in which contacts stand in vectors of sixteen, and which vectors stand between two barriers.
 //
 // Within a batch, contacts with as many points stand side by side, so that few lanes wait for others' points; the order
-// within a batch does not change the bits. This is a counting sort in pieces: each piece counts its contacts, one thread
-// adds up, and each piece then knows where its contacts go. A piece is whole vectors of one batch, so the plan is the
-// same whoever makes the pieces.
+// within a batch does not change the bits. This is a counting sort in pieces: each piece counts its contacts, one
+// thread adds up, and each piece then knows where its contacts go. A piece is whole vectors of one batch, so the plan
+// is the same whoever makes the pieces.
 #pragma once
 
 #include <algorithm>

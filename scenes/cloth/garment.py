@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Writes garment.obj, beside this file: a poncho, for cloths that are no sheets.
 
-A surface of revolution about y with a hole for the neck, made of rings of more and more points towards the hem. So the points have
-from 3 to 7 neighbours, edges lie in all directions, and the mesh has two boundaries.
+A surface of revolution about y with a hole for the neck, made of rings of more and more points towards the hem. So the
+points have from 3 to 7 neighbours, edges lie in all directions, and the mesh has two boundaries.
 """
 
 import math

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Writes knot.obj, beside this file: a trefoil knot, for level sets of meshes.
 
-A tube around a closed curve in the unit cube. Its sides are turned against the vertical, which the curve never is, so that they meet
-again where it closes.
+A tube around a closed curve in the unit cube. Its sides are turned against the vertical, which the curve never is, so
+that they meet again where it closes.
 """
 
 import math

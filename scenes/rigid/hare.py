@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Writes hare.obj, beside this file: a sitting hare, for rigid bodies to fall on.
 
-A sphere of triangles around a point that all parts of the hare contain, long ellipsoids; each of its points is moved outwards to where it
-leaves the farthest part, the parts blended a little. Its foot is flat.
+A sphere of triangles around a point that all parts of the hare contain, long ellipsoids; each of its points is
+moved outwards to where it leaves the farthest part, the parts blended a little. Its foot is flat.
 """
 
 import math
@@ -83,6 +83,7 @@ directions, triangles = icosphere(CUTS)
 lines = ["# A hare. Written by hare.py; metres."]
 for d in directions:
     far = sum(leaves(d, *part) ** BLEND for part in PARTS) ** (1 / BLEND)
-    lines.append("v %.4f %.4f %.4f" % (SCALE * far * d[0], SCALE * max(far * d[1], -FOOT) + SCALE * FOOT, SCALE * far * d[2]))
+    height = max(far * d[1], -FOOT)
+    lines.append("v %.4f %.4f %.4f" % (SCALE * far * d[0], SCALE * height + SCALE * FOOT, SCALE * far * d[2]))
 lines += ["f %d %d %d" % tuple(i + 1 for i in t) for t in triangles]
 pathlib.Path(__file__).with_name("hare.obj").write_text("\n".join(lines) + "\n", newline="\n")

@@ -1,10 +1,10 @@
 // The pairs of a cloth's elements whose boxes overlap: vertices meet the tree of triangles, edges meet their own tree.
 //
-// A node of sixteen elements descends the other tree as one: its neighbours on the cloth want the same nodes there. What
-// it reaches are nodes of sixteen others, in the order of their numbers; then each of the sixteen elements looks into
-// those of them that its own box overlaps. So pairs come out in order, and each once: nothing is sorted, and no pair is
-// found by way of two triangles, as it would be in a tree of triangles alone (which for a cloth on a ball holds 8.7
-// times as many pairs).
+// A node of sixteen elements descends the other tree as one: its neighbours on the cloth want the same nodes there.
+// What it reaches are nodes of sixteen others, in the order of their numbers; then each of the sixteen elements looks
+// into those of them that its own box overlaps. So pairs come out in order, and each once: nothing is sorted, and no
+// pair is found by way of two triangles, as it would be in a tree of triangles alone (which for a cloth on a ball holds
+// 8.7 times as many pairs).
 //
 // Two edges are found from the lesser one: a node descends from its own place on.
 //

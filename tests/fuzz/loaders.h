@@ -156,7 +156,8 @@ inline std::vector<Loader> loaders() {
   for (const verify::Domain& domain : verify::domains())
     all.push_back({domain.name, "scene.toml", [&domain](const std::string& path) { try_scene_of(domain, path); }});
   all.push_back({"fluid_file", "in.fluid", try_fluid_file});
-  for (const std::string& format : std::vector<std::string>{"obj", "off", "ply", "stl"}) all.push_back({format, "in." + format, try_mesh});
+  for (const std::string& format : std::vector<std::string>{"obj", "off", "ply", "stl"})
+    all.push_back({format, "in." + format, try_mesh});
   all.push_back({"matrix_market", "in.mtx", try_matrix_market});
   for (const std::string& format : std::vector<std::string>{"msh", "vtk", "veg"})
     all.push_back({format, "in." + format, try_tetrahedra});

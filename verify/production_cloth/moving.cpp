@@ -119,7 +119,8 @@ std::shared_ptr<const MovingInputs> moving_inputs(const std::string& path) {
 }
 
 Scenes moving_scenes() {
-  return {.verify = {"two_triangles", "crumple", "wrung_tube", "wrung_tube_slides", "ball_and_walls", "ball_5k", "tube_5k"},
+  return {.verify = {"two_triangles", "crumple", "wrung_tube", "wrung_tube_slides", "ball_and_walls", "ball_5k",
+                     "tube_5k"},
           .more = {"ball_92k"},
           .bench = {"curtain_and_ball_5k", "curtain_and_ball_55k", "ball_92k"},
           .tsan = {"crumple", "wrung_tube"}};

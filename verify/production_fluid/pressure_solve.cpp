@@ -129,7 +129,10 @@ const Register pressure_solve{
                       return make(path, serial::pressure_solve_mic, openmp::pressure_solve_multigrid, same_answer,
                                   work_with_cycle);
                     },
-                .scenes = {.verify = {"drop_64", "obstacle_48"}, .more = {"drop_128", "drop_256"}, .bench = {}, .tsan = {}},
+                .scenes = {.verify = {"drop_64", "obstacle_48"},
+                           .more = {"drop_128", "drop_256"},
+                           .bench = {},
+                           .tsan = {}},
                 .covered_by = "multigrid"}}}};
 
 }  // namespace
