@@ -136,7 +136,7 @@ diff_kernels = $(patsubst serial/%.cpp,%,$(sort $(wildcard serial/*/*.cpp)))
 
 mutants: build/lockstep  ## plant known mistakes one by one: verify or the sanitizer must catch each (KERNEL=, SOME=12 a day, SHARD=1/2)
 	@$(PYTHON) -B tests/mutants/mutants.py --build $(BUILD) --compile='$(CXX) $(FLAGS)' --link='$(LINK)' --libs='$(LIBS)' \
-	  --tsan-compile='clang++-14 $(tsan_flags)' --tsan-link='clang++-14 $(tsan_flags) $(WRAPS)' --tsan-make='env -u MAKEFLAGS -u MAKELEVEL $(MAKE) tsan-build' \
+	  --tsan-compile='clang++-14 $(tsan_flags)' --tsan-link='clang++-14 $(tsan_flags) $(WRAPS)' --tsan-make='env -u MAKEFLAGS -u MAKELEVEL make tsan-build' \
 	  $(if $(KERNEL),--kernel $(KERNEL)) $(if $(SOME),--some $(SOME)) $(shard)
 
 tsan_flags = -std=c++20 -O1 -g $(isa_portable) -ffp-contract=off -fno-math-errno -fno-builtin -fopenmp -fsanitize=thread -Wall -Wextra
