@@ -34,6 +34,7 @@ TEST(ClothScenes, OfTheRepositoryLoad) {
   const std::map<std::string, std::pair<int, int>> sizes{
       {"flag_128", {128, 128}},
       {"flag_256", {256, 256}},
+      {"flag_1024", {1024, 1024}},
       {"flag_128_substeps", {128, 128}},
       {"flag_33", {33, 47}},
       {"tiny", {5, 5}},

@@ -69,6 +69,7 @@ TEST(LevelsetScenes, OfTheRepositoryLoad) {
   for (const auto& file : std::filesystem::directory_iterator("scenes/levelset")) {
     if (file.path().extension() != ".toml") continue;
     EXPECT_EQ(verify::domain_of_scene(file.path().string()).name, "levelset");
+    if (file.path().stem().string().starts_with("spheres_and_box_512")) continue;  // a gigabyte each
     const Scene scene = load_scene(file.path().string());
     found[scene.name] = {scene.phi.nx, std::isfinite(scene.band)};
     EXPECT_EQ(scene.shapes.empty(), scene.name == "mesh_96");

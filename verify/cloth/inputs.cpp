@@ -62,7 +62,7 @@ double verlet_flops(const Cloth<float>& c) {
 Scenes scenes_of_sheets(std::vector<std::string> bench) {
   return {.verify = {"flag_33", "curtain", "sheet_on_sphere", "pulled_edge", "rope", "tiny",
                      "sheet_over_box_and_capsule", "flag_128"},
-          .more = {"flag_128_substeps", "flag_256"},
+          .more = {"flag_128_substeps", "flag_256", "flag_1024"},
           .bench = std::move(bench),
           .tsan = {"flag_128", "sheet_on_sphere"}};
 }

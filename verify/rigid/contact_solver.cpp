@@ -131,7 +131,7 @@ const Register contact_solver{
                 .scenes = scenes_of_all(settled, {"pyramid_15", "hull_pit_2000"})},
                {.name = "batches",
                 .make = [](const std::string& path) { return solver_case(path, true); },
-                .scenes = scenes_of_all(and_castle, {"pyramid_15", "hull_pit_2000"})},
+                .scenes = and_more(scenes_of_all(and_castle, {"pyramid_15", "hull_pit_2000"}), "castles_4")},
                {.name = "batches_for_original",
                 .make = convergence_case,
                 .scenes = {.verify = {"four_bodies", "castle"}, .more = settled, .bench = {}, .tsan = {}},

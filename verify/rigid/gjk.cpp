@@ -63,7 +63,7 @@ const Register gjk{{.name = "rigid/gjk",
                                .scenes = hull_scenes()},
                               {.name = "cold",
                                .make = [](const std::string& path) { return gjk_case(path, false); },
-                               .scenes = hull_scenes()}}}};
+                               .scenes = and_more(hull_scenes(), "hull_soup_100k")}}}};
 
 }  // namespace
 }  // namespace lockstep::verify

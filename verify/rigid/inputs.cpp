@@ -47,4 +47,9 @@ Scenes scenes_of_all(std::vector<std::string> bench, std::vector<std::string> ts
           .tsan = std::move(tsan)};
 }
 
+Scenes and_more(Scenes scenes, const std::string& name) {
+  scenes.more.push_back(name);
+  return scenes;
+}
+
 }  // namespace lockstep::verify::rigid_inputs

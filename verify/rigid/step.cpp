@@ -117,7 +117,7 @@ const Register step{
           .scenes = scenes_of_all(settled, for_tsan)},
          {.name = "batches",
           .make = [](const std::string& path) { return step_case(path, serial::step_batches, openmp::step_batches); },
-          .scenes = scenes_of_all(and_castle, for_tsan)},
+          .scenes = and_more(scenes_of_all(and_castle, for_tsan), "castles_4")},
          {.name = "batches_run",
           .make = [](const std::string& path) { return run_case(path, serial::step_batches, openmp::step_batches); },
           .scenes = scenes_of_runs(),
