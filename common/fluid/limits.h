@@ -21,8 +21,8 @@ inline constexpr double max_particles_per_metre = 1e6;
 // At least as many cells as make_grid cuts the model's domain into, before it has to count them in int.
 double count_cells(const Model<double>& model);
 
-// How many ints rebuild_grid may use for histograms of all cells, whatever the number of threads: four a particle, but
-// one histogram at least.
+// How many ints rebuild_grid may use for its histograms, whatever the number of threads: four a particle, but at least
+// one for each cell.
 inline double histogram_entries(double particles, double cells) { return std::max(4 * particles, cells); }
 
 // Bytes that a Fluid<Real> of so many particles and cells takes, the particles themselves included.

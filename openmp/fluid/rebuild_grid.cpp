@@ -5,9 +5,9 @@
 // part; the sums run over cells and, within a cell, over parts in order. So each thread knows where its particles of
 // each cell go, and because parts are contiguous and taken in order the sort stays stable, whatever the number of
 // threads. A part's histogram goes from its lowest cell to its highest. Particles come in the cell order of the frame
-// before, and move by less than a cell in a frame, so a part stays near its own planes of cells and all histograms
-// together are little longer than one of all cells. In any other order they may be as long as that one each: where
-// that is more than histogram_entries allows there are fewer parts than threads, so that memory and work do not grow
+// before, and few cross more than a cell in a frame. So a part stays near its own planes of cells, and all histograms
+// together are little longer than one of all cells. In any other order each may be as long as that. Where together they
+// are longer than histogram_entries allows, there are fewer parts than threads, so that memory and work do not grow
 // with threads x cells.
 //
 // Linked lists: the paper's. Threads push particles on per-cell lists, each under its cell's lock. The order within a

@@ -35,7 +35,7 @@ struct Plan {
   // Contacts begin .. end - 1 of `batches.order`, all of one batch.
   struct Piece {
     int batch, begin, end;
-    int first_vector;           // its vectors, counted from `begin`
+    int first_vector;           // the vector that holds its first contacts
     int next[most_points + 1];  // [points fewer than most]: how many there are, then where the next of them goes
   };
 
