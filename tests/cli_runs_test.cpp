@@ -75,6 +75,13 @@ TEST_F(Cli, WritesFramesForParaView) {
 }
 
 // Frames of a cloth have the same bits in serial and openmp.
+// tests/view_test.py makes the page itself.
+TEST_F(Cli, RefusesToGoOnWithAPage) {
+  const Outcome outcome = run({"run", "--scene", scene(good_scene), "--out", path("x.html"), "--resume"});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("only what writes frames to a folder can go on"), std::string::npos) << outcome.err;
+}
+
 TEST_F(Cli, WritesFramesOfAClothInEveryForm) {
   write_bytes(path("cloth.obj"), good_obj);
   const auto frames = [&](const std::string& scene, const std::string& variant, const std::string& form,

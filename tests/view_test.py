@@ -122,6 +122,15 @@ class Views(unittest.TestCase):
         data = self.data["alone"]
         self.assertEqual((len(data["runs"]), data["rows"], data["verdict"]), (1, [], ""))
 
+    def test_lockstep_run_writes_the_same_page(self):
+        path = self.folder.parent / f"{self.folder.name}.html"
+        self.addCleanup(path.unlink)
+        scene, frames, *more = PAGES["alone"]
+        command = [PROGRAM, "run", "--scene", scene, "--frames", str(frames), *more, "--out", path]
+        done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=self.folder)  # any folder does
+        self.assertIn(f"{frames + 1} frames of {scene}", done.stdout)
+        self.assertTrue(path.read_text("utf-8") == self.pages["alone"])
+
     def test_distances_are_those_of_verify(self):
         # A lattice is compared from its first frame, so verify's runs are the page's.
         report = self.folder.parent / f"{self.folder.name}.json"

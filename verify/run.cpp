@@ -1,14 +1,17 @@
-// Simulates a scene and writes its frames (verify/frames.h) or its final state.
+// Simulates a scene and writes its frames (verify/frames.h), its final state, or a page for a browser.
 //
 // After each frame, the state that the next one needs is written beside it, so --resume continues bit for bit. Files
 // are written under another name and then renamed, so a run that is stopped in any way leaves whole frames only. The
 // state is written after its frame, so that no frame is missing. A frame that is newer than the state is removed and
 // computed again, with the same bits.
 #include <omp.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <iterator>
 #include <optional>
@@ -19,8 +22,9 @@
 #include "common/input_error.h"
 #include "common/input_file.h"
 #include "verify/compare.h"
-#include "verify/held_team.h"
 #include "verify/frames.h"
+#include "verify/held_team.h"
+#include "verify/names.h"
 #include "verify/options.h"
 #include "verify/program.h"
 #include "verify/simulation.h"
@@ -28,6 +32,27 @@
 
 namespace lockstep::verify {
 namespace {
+
+// A page for a browser is made by a script, which calls this program for the frames (notes/views/view.py) and replaces
+// it here.
+int make_page(const RunOptions& options) {
+  const std::string script = std::filesystem::path(scenes_folder()).parent_path() / "notes/views/view.py";
+  if (options.resume) throw InputError("--resume: only what writes frames to a folder can go on");
+  if (!std::filesystem::exists(script))
+    throw InputError("--out " + options.out + ": " + script + ", which makes the page, is not there");
+  const std::string program = std::filesystem::canonical("/proc/self/exe");
+  std::vector<std::string> words = {"/usr/bin/python3", "-B",        script,      program,
+                                    options.scene,      options.out, "--variant", options.variant};
+  const auto add = [&](const char* option, const std::string& value) { words.insert(words.end(), {option, value}); };
+  if (!options.form.empty()) add("--form", options.form);
+  if (options.threads > 0) add("--threads", std::to_string(options.threads));
+  if (options.frames > 0) add("--frames", std::to_string(options.frames));
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  execv(arguments[0], arguments.data());
+  throw InputError(words[0] + " cannot be started: " + std::strerror(errno));
+}
 
 // Whether --out names one file, not a folder of frames.
 bool wants_one_file(const std::string& out, const std::vector<std::string>& formats) {
@@ -119,6 +144,7 @@ int run_frames(const RunOptions& options) {
 }  // namespace
 
 int run(const RunOptions& options) {
+  if (std::filesystem::path(options.out).extension() == ".html") return make_page(options);
   int code = 0;
   hold_team(options.threads > 0 ? options.threads : omp_get_max_threads(), [&] { code = run_frames(options); });
   return code;
