@@ -220,6 +220,7 @@ peer_flags_bullet  = -isystem /usr/include/bullet
 peer_libs_bullet   = -lBulletDynamics -lBulletCollision -lLinearMath
 peer_libs_ode      = -lode
 peer_libs_openvdb  = -lopenvdb -ltbb
+peer_libs_openvdb_tracking = -lopenvdb -ltbb
 peer_flags_hypre   = $(addprefix -isystem ,/usr/include/hypre $(patsubst -I%,%,$(filter -I%,$(shell mpicxx --showme:compile))))
 peer_libs_hypre    = -lHYPRE $(shell mpicxx --showme:link)
 peer_libs_cholmod  = -lcholmod

@@ -22,7 +22,7 @@ import time
 
 SCHEMA = 1
 MINUTES = 20  # no comparison begins later
-PATIENCE = 240  # s, of one comparison
+PATIENCE = 400  # s, of one comparison
 
 
 @dataclasses.dataclass
@@ -43,6 +43,7 @@ PEERS = {
         ["spheres_and_box_128", "corrupted_256", "spheres_and_box_128_full"],
         "1,2",
     ),
+    "openvdb_tracking": Peer("OpenVDB tracking", ["libopenvdb-dev", "libtbb-dev"], ["enright_32", "enright_64"], "1,2"),
     "hypre": Peer("hypre PFMG-PCG", ["libhypre-dev", "libopenmpi-dev"], ["drop_64", "drop_128"]),
     "eigen_pressure": Peer("Eigen ICCG", ["libeigen3-dev"], ["drop_64", "drop_128"], "1,2"),
     # Its few OpenMP regions would take four threads.
