@@ -32,7 +32,8 @@ def table(data):
 
 
 def name_of(row):
-    return f"{row['peer']}: {row['scene']}"
+    _, *settings = row["ours"].split(", ")
+    return ", ".join([f"{row['peer']}: {row['scene']}", *settings])
 
 
 def in_short(rows):
