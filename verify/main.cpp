@@ -172,8 +172,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 1 << 30));
   run_command
       ->add_option("--out", run_options.out,
-                   "a folder for frames that ParaView opens, a .html page that a browser plays, or a .fluid (of a level "
-                   "set .vti or .vtk) file for the last state")
+                   "a folder for frames that ParaView opens, a .html page that a browser plays, or a .fluid file (of a "
+                   "level set .vti or .vtk) for the last state")
       ->required();
   CLI::Option* resume =
       run_command->add_flag("--resume", run_options.resume, "go on from the last frame in the folder, bit for bit");

@@ -27,7 +27,8 @@ passed=0 failed=0
 # shorten DOMAIN SCENE: a copy of a scene with few frames, bodies and iterations. `make verify` covers whole runs, and a
 # race shows in one step. A cloth keeps three iterations, because the iterations of chains overlap.
 shorten() {
-  local short='s/^kind *= *"linear"/&\ntolerance = 0.1/; /^frame_time/d; s/^kind *= *"production_fluid"/&\nframe_time = 0.005/'
+  local short='s/^kind *= *"linear"/&\ntolerance = 0.1/; /^frame_time/d'
+  short+='; s/^kind *= *"production_fluid"/&\nframe_time = 0.005/'
   local bodies='s/^count *=.*/count = 400/; s/^settle *=.*/settle = 30/'
   [ -z "${SCENES:-}" ] || bodies='s/^settle *=.*/settle = 3/'
   sed -E "$short; s/^frames *=.*/frames = 5/; s/^iterations *=.*/iterations = 3/; s/^substeps *=.*/substeps = 2/; /^energy_falls_after/d; $bodies" \
