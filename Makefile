@@ -62,7 +62,7 @@ $(untimed): level = -O1
 # The linker keeps the first copy of an inline function, so those at -O1 come last.
 in_order = $(filter-out $(untimed),$^) $(filter $(untimed),$^)
 
-.PHONY: all deps list verify test bench figures peers pictures gallery run view diff mutants tsan tsan-build sanitize determinism nightly portable fuzz endure extremes clean help
+.PHONY: all deps list verify test bench tables figures peers pictures gallery run view diff mutants tsan tsan-build sanitize determinism nightly portable fuzz endure extremes clean help
 .DELETE_ON_ERROR:
 
 all: build/lockstep  ## build everything, with the best ISA of this machine (ISA=avx512|avx2|portable)
@@ -87,12 +87,16 @@ test: $(BUILD)/unit_tests build/lockstep  ## unit, property and fault tests
 	$(PYTHON) tests/shards_test.py
 	LOCKSTEP=build/lockstep $(PYTHON) -B tests/nightly_test.py
 	$(PYTHON) tests/peers_test.py
+	$(PYTHON) tests/tables_test.py
 	$(PYTHON) tests/view_test.py
 	xvfb-run -a $(PYTHON) tests/gallery_test.py
 	LOCKSTEP=build/lockstep $(BUILD)/unit_tests --gtest_brief=1
 
 bench: build/lockstep  ## time every kernel (KERNEL= FORM= SCENE= THREADS=all SHARD=1/2 QUICK=1: rough, RESUME=1: go on); build/bench.json
 	build/lockstep bench $(selection) $(quick) $(resume) $(shard) --json build/bench$(of_shard).json
+
+tables:  ## write the times of the last whole make bench into notes/times.md
+	$(PYTHON) -B notes/tables.py build/bench.json notes/times.md
 
 figures: build/lockstep  ## redraw the papers' figures into build/figures/ (QUICK=1: rough, THREADS=all, RESUME=1: go on, FIGURE=scalability: one, SHARD=1/2: measure a share, draw nothing)
 	$(PYTHON) notes/figures/measure.py build/lockstep $(drawn) $(if $(FIGURE),--figure '$(FIGURE)') \

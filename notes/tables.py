@@ -1,0 +1,104 @@
+"""Writes the tables of notes/times.md from a report of `make bench`: tables.py REPORT PAGE
+
+The report must be whole, of one sitting and of full effort. What stands in PAGE before the mark stays.
+"""
+
+import json
+import pathlib
+import sys
+
+MARK = "<!-- written by make tables: what follows is from one report -->"
+RESTLESS = 0.1  # a spread beyond this is told
+
+
+class Refused(Exception):
+    """A report or a page that cannot be used."""
+
+
+def digits(value):
+    return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
+
+
+def cell(row, before=None):
+    """A time in ms, how many times as fast as `before` it is, and what to know of the measurement."""
+    if row is None:
+        return ""
+    text = digits(row["ms"])
+    if before:
+        text += f" (x {before['ms'] / row['ms']:.2f})"
+    if not row["whole_cores"]:
+        text += " *"
+    if (row["spread"] or 0) > RESTLESS:
+        text += f" ±{50 * row['spread']:.0f} %"
+    return text
+
+
+def lines_of(rows, threads):
+    """A line for each kernel, form and scene, in the report's order."""
+    groups = {}
+    for row in rows:
+        of_scene = groups.setdefault((row["kernel"], row["form"], row["scene"]), {})
+        of_scene[row["variant"], row["threads"]] = row
+    for (kernel, form, scene), found in groups.items():
+        serial, one = found.get(("serial", 1)), found.get(("openmp", 1))
+        items = next(iter(found.values()))
+        line = [f"{kernel.split('/')[1]} {form}".strip(), scene, f"{items['items']:,.0f} {items['unit']}"]
+        line += [cell(serial), cell(found.get(("serial_twin", 1)))]
+        line += [cell(found.get(("openmp", n)), serial if n == 1 else one) for n in threads]
+        yield line
+
+
+def table(rows, threads):
+    header = ["kernel, form", "scene", "items", "serial", "serial twin"]
+    header += ["1 thread" if n == 1 else f"{n} threads" for n in threads]
+    lines = [header, ["---"] * 3 + ["--:"] * (len(header) - 3), *lines_of(rows, threads)]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def tables(report):
+    machine, rows = report["machine"], report["rows"]
+    threads = sorted({row["threads"] for row in rows if row["variant"] == "openmp"})
+    peaks = "; ".join(
+        f"{digits(p['triad_gb_per_s'])} GB/s and {digits(p['fma_gflop_per_s'])} GFLOP/s on {p['threads']}"
+        for p in machine["peaks"]
+    )
+    text = [
+        f"{machine['cpu']}, {machine['cores']} cores, {machine['isa']}, {machine['compiler']}; {machine['date']}, commit"
+        f" {machine['commit']}, `{report['command']}`.",
+        f"Peaks by number of threads: {peaks}.",
+        f"Other programs used {machine['busy_cores']:.2f} cores before it began.",
+    ]
+    parts = ["\n".join(text)]
+    for domain in dict.fromkeys(row["kernel"].split("/")[0] for row in rows):
+        of_domain = [row for row in rows if row["kernel"].split("/")[0] == domain]
+        parts.append(f"## {domain}\n\n{table(of_domain, threads)}")
+    return "\n\n".join(parts) + "\n"
+
+
+def read(path):
+    try:
+        report = json.loads(path.read_text())
+    except (OSError, ValueError) as error:
+        raise Refused(f"{path}: cannot be read ({error}); make bench comes first") from None
+    if not report.get("command", "").startswith("bench"):
+        raise Refused(f"{path}: is no report of make bench")
+    if report["quick"] or not report["complete"]:
+        raise Refused(f"{path}: is {'quick' if report['quick'] else 'cut off'}; make bench without QUICK comes first")
+    return report
+
+
+def main(report_path, page_path):
+    text = page_path.read_text("utf-8")
+    if MARK not in text:
+        raise Refused(f"{page_path}: lacks the line {MARK}")
+    report = read(report_path)
+    page_path.write_text(text.split(MARK)[0] + MARK + "\n\n" + tables(report), "utf-8")
+    print(f"{page_path}: {len(report['rows'])} rows")
+
+
+if __name__ == "__main__":
+    try:
+        main(*map(pathlib.Path, sys.argv[1:]))
+    except Refused as refused:
+        print(f"tables.py: {refused}", file=sys.stderr)
+        sys.exit(2)
