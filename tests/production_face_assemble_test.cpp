@@ -28,7 +28,7 @@ Scene small_scene(double shake) {
   std::vector<Fibre> fibres;
   for (int t = 0; t < 8; ++t) fibres.push_back({t, 0, {.6, .8, 0}, 1});
   for (int t = 3; t < 5; ++t) fibres.insert(fibres.begin() + 2 * t - 2, {t, 1, {0, .6, -.8}, .5});
-  Scene scene = {.name = "", .path = "", .body = make_body(mesh, fibres, 2), .flesh = {}, .pose = {}};
+  Scene scene = {.name = "", .path = "", .body = make_body(mesh, fibres, 2), .flesh = {}, .pose = {}, .motion = {}};
   scene.pose.displacement.resize(scene.body.nodes);
   std::mt19937 random(1);
   for (Array<float>* component : {&scene.pose.displacement.x, &scene.pose.displacement.y, &scene.pose.displacement.z})

@@ -35,7 +35,7 @@ inline Scene tetrahedra(int count, double shake) {
     if (t % 3 != 1) fibres.push_back({t, 0, {.6, .8, 0}, 1});
     if (t % 3 == 2) fibres.push_back({t, 1, {0, .6, -.8}, .5});
   }
-  Scene scene = {.name = "", .path = "", .body = make_body(mesh, fibres, 2), .flesh = {}, .pose = {}};
+  Scene scene = {.name = "", .path = "", .body = make_body(mesh, fibres, 2), .flesh = {}, .pose = {}, .motion = {}};
   scene.pose.displacement.resize(scene.body.nodes);
   std::mt19937 random(1);
   for (Array<float>* component : {&scene.pose.displacement.x, &scene.pose.displacement.y, &scene.pose.displacement.z})

@@ -153,7 +153,9 @@ TEST(ProductionFaceBody, CornersAtNodesAreCompleteAndAscend) {
     for (int i = body.first_corner[n]; i < body.first_corner[n + 1]; ++i) {
       const int corner = body.corner_at_node[i];
       EXPECT_EQ(body.corner.at(corner / 4, corner % 4), n);
-      if (i > body.first_corner[n]) EXPECT_LT(body.corner_at_node[i - 1], corner);
+      if (i > body.first_corner[n]) {
+        EXPECT_LT(body.corner_at_node[i - 1], corner);
+      }
       EXPECT_FALSE(met[corner]);
       met[corner] = true;
     }

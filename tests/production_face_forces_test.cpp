@@ -244,7 +244,9 @@ TEST(ProductionFaceForces, WavesHoldAllPartsUntilTheyAreAddedUp) {
       }
     }
     EXPECT_EQ(std::ranges::count(seen, 1), body.nodes);
-    if (blocks == 1) EXPECT_LT(waves.room, body.blocks()) << "room is used again";
+    if (blocks == 1) {
+      EXPECT_LT(waves.room, body.blocks()) << "room is used again";
+    }
   }
 }
 

@@ -173,7 +173,9 @@ TEST(ProductionFaceMultiply, RigidMotionsAreTheNullSpaceAtRest) {
     const Array<float> y = matrix_free(scene.body, s, x);
     const std::vector<double> size = sizes_of_product(scene.body, s, x);
     for (std::size_t i = 0; i < y.size(); ++i) {
-      if (motion < 3) ASSERT_EQ(y[i], 0) << motion;
+      if (motion < 3) {
+        ASSERT_EQ(y[i], 0) << motion;
+      }
       ASSERT_LE(std::abs(y[i]), 0x1p-24 * (4 + roundings_of_product(scene.body, int(i / 3))) * size[i]) << motion;
     }
   }

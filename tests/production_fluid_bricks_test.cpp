@@ -22,7 +22,9 @@ TEST(ProductionFluidBricks, KeepWhatATraceGives) {
     for (const float dt : {1.f, -.5f}) {
       const Field<float> kept = advected(advect, phi, slow, dt), traced = advected(advect, phi, fast, dt);
       for_each_point(kept, [&](int x, int y, int z, float v) {
-        if (x < nx - 8) EXPECT_EQ(bits_of(v), bits_of(traced(x, y, z))) << x << ' ' << y << ' ' << z;
+        if (x < nx - 8) {
+          EXPECT_EQ(bits_of(v), bits_of(traced(x, y, z))) << x << ' ' << y << ' ' << z;
+        }
       });
       expect_padding_is_poison(kept);
     }
@@ -41,7 +43,9 @@ TEST(ProductionFluidBricks, StandStillWhereNothingMoves) {
     for_each_component(faces, result, [&](const Field<float>&, const Field<float>& after) {
       for_each_point(after, [&](int x, int y, int z, float v) {
         const bool is_far = std::abs(x - 16) > 2 || std::abs(y - 8) > 2 || std::abs(z - 8) > 2;
-        if (is_far) EXPECT_EQ(bits_of(v), 0) << x << ' ' << y << ' ' << z;
+        if (is_far) {
+          EXPECT_EQ(bits_of(v), 0) << x << ' ' << y << ' ' << z;
+        }
       });
     });
   }

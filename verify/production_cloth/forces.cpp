@@ -80,7 +80,7 @@ Judgement within_rounding(const ForceSums& sums, const ForceState& openmp, const
     for (int c = 0; c < 3; ++c) rounding.push_back(sums.terms[v] * unit_roundoff * sums.size[3 * v + c]);
   }
   within_bound(judgement, of_openmp, of_serial, sums.exact, rounding, [](std::size_t k) {
-    return std::string("component ") + "xyz"[k % 3] + " of vertex " + std::to_string(k / 3);
+    return "xyz"[k % 3] + (" of vertex " + std::to_string(k / 3));
   });
   return judgement;
 }

@@ -58,7 +58,7 @@ Case make(const std::string& path, bool locks) {
   const auto bounded = [expected](const State& openmp, const State& serial) {
     Judgement judgement{.verdict = Verdict::bounded, .worst_at = ""};
     within_bound(judgement, openmp.force, serial.force, expected->exact, expected->rounding, [](std::size_t k) {
-      return std::string("component ") + "xyz"[k % 3] + " of node " + std::to_string(k / 3);
+      return "xyz"[k % 3] + (" of node " + std::to_string(k / 3));
     });
     return judgement;
   };

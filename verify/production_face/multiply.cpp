@@ -137,7 +137,7 @@ Case make_edges_case(const std::string& path) {
             Judgement judgement{.verdict = Verdict::bounded, .worst_at = ""};
             const std::vector<double> by_edges(serial.y.begin(), serial.y.end());
             within_bound(judgement, openmp.y, serial.y, by_edges, *rounding, [](std::size_t i) {
-              return std::string("component ") + "xyz"[i % 3] + " of node " + std::to_string(i / 3);
+              return "xyz"[i % 3] + (" of node " + std::to_string(i / 3));
             });
             return judgement;
           },
