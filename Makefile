@@ -30,7 +30,7 @@ $(if $(isa_$(ISA)),,$(error ISA=$(ISA): expected avx512, avx2 or portable))
 
 CXX   = g++
 # -fno-math-errno: no code reads errno after math functions. Without the flag, sqrt prevents vectorization. Values do not
-# change. A formula for numbers and lanes has | for both, of which clang warns.
+# change. Formulas for numbers and for lanes use | for both. Clang warns of | between truth values.
 FLAGS = -std=c++20 -O3 $(isa_$(ISA)) -ffp-contract=off -fno-math-errno -fopenmp $(warnings)
 warnings = -Wall -Wextra -Wno-bitwise-instead-of-logical
 LIBS  = -lqhull_r
@@ -225,7 +225,7 @@ peer_flags_bullet  = -isystem /usr/include/bullet
 peer_libs_bullet   = -lBulletDynamics -lBulletCollision -lLinearMath
 peer_libs_ode      = -lode
 peer_libs_openvdb  = -lopenvdb -ltbb
-peer_libs_openvdb_tracking = -lopenvdb -ltbb
+peer_libs_openvdb_tracking = $(peer_libs_openvdb)
 peer_flags_hypre   = $(addprefix -isystem ,/usr/include/hypre $(patsubst -I%,%,$(filter -I%,$(shell mpicxx --showme:compile))))
 peer_libs_hypre    = -lHYPRE $(shell mpicxx --showme:link)
 peer_libs_cholmod  = -lcholmod

@@ -1,34 +1,33 @@
 """Writes the tables of notes/times.md from a report of `make bench`: tables.py REPORT PAGE
 
-The report must be whole, of one sitting and of full effort. What stands in PAGE before the mark stays.
+The report must be of all kernels, of one sitting and of full effort. What stands in PAGE before the mark stays.
 """
 
 import json
 import pathlib
 import sys
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent / "figures"))
+from page import number  # noqa: E402, from that folder
+
 MARK = "<!-- written by make tables: what follows is from one report -->"
-RESTLESS = 0.1  # a spread beyond this is told
+TOLD_SPREAD = 0.1  # of the median: smaller spreads are left out
 
 
 class Refused(Exception):
     """A report or a page that cannot be used."""
 
 
-def digits(value):
-    return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
-
-
 def cell(row, before=None):
     """A time in ms, how many times as fast as `before` it is, and what to know of the measurement."""
     if row is None:
         return ""
-    text = digits(row["ms"])
+    text = number(row["ms"])
     if before:
         text += f" (x {before['ms'] / row['ms']:.2f})"
     if not row["whole_cores"]:
         text += " *"
-    if (row["spread"] or 0) > RESTLESS:
+    if (row["spread"] or 0) > TOLD_SPREAD:
         text += f" ±{50 * row['spread']:.0f} %"
     return text
 
@@ -59,12 +58,12 @@ def tables(report):
     machine, rows = report["machine"], report["rows"]
     threads = sorted({row["threads"] for row in rows if row["variant"] == "openmp"})
     peaks = "; ".join(
-        f"{digits(p['triad_gb_per_s'])} GB/s and {digits(p['fma_gflop_per_s'])} GFLOP/s on {p['threads']}"
+        f"{number(p['triad_gb_per_s'])} GB/s and {number(p['fma_gflop_per_s'])} GFLOP/s on {p['threads']}"
         for p in machine["peaks"]
     )
     text = [
-        f"{machine['cpu']}, {machine['cores']} cores, {machine['isa']}, {machine['compiler']}; {machine['date']}, commit"
-        f" {machine['commit']}, `{report['command']}`.",
+        f"{machine['cpu']}, {machine['cores']} cores, {machine['isa']}, {machine['compiler']}; {machine['date']},"
+        f" commit {machine['commit']}, `{report['command']}`.",
         f"Peaks by number of threads: {peaks}.",
         f"Other programs used {machine['busy_cores']:.2f} cores before it began.",
     ]
@@ -82,6 +81,10 @@ def read(path):
         raise Refused(f"{path}: cannot be read ({error}); make bench comes first") from None
     if not report.get("command", "").startswith("bench"):
         raise Refused(f"{path}: is no report of make bench")
+    selected = any(word in report["command"] for word in ("--kernel", "--form", "--scene"))
+    if selected or "shard" in report or "shards" in report:
+        part = f"{path}: has a part of the kernels (`{report['command']}`), or several sittings"
+        raise Refused(f"{part}; make bench for all, in one sitting, comes first")
     if report["quick"] or not report["complete"]:
         raise Refused(f"{path}: is {'quick' if report['quick'] else 'cut off'}; make bench without QUICK comes first")
     return report

@@ -33,8 +33,8 @@
 namespace lockstep::verify {
 namespace {
 
-// A page for a browser is made by a script, which calls this program for the frames (notes/views/view.py) and replaces
-// it here.
+// Ends this program in favour of the script that makes a page for a browser. The script runs the program anew for the
+// frames.
 int make_page(const RunOptions& options) {
   const std::string script = std::filesystem::path(scenes_folder()).parent_path() / "notes/views/view.py";
   if (options.resume) throw InputError("--resume: only what writes frames to a folder can go on");
