@@ -219,7 +219,7 @@ template <class Real>
 double volume_of(const Fluid<Real>& fluid) {
   double cells = 0;
   for_each_place(fluid.phi, [&](int x, int y, int z) {
-    cells += std::clamp(.5 - double(fluid.phi(x, y, z)) / fluid.spacing, 0., 1.);
+    cells += liquid_share(fluid.phi(x, y, z), fluid.spacing);
   });
   return cells * std::pow(double(fluid.spacing), 3);
 }

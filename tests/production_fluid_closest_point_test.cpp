@@ -46,7 +46,7 @@ Field<float> with(Redistance<float>* redistance, Field<float> phi) {
 
 double volume(const Field<float>& phi) {
   double cells = 0;
-  for_each_cell(phi, [&](int x, int y, int z) { cells += std::clamp(.5 - phi(x, y, z) / phi.spacing, 0., 1.); });
+  for_each_cell(phi, [&](int x, int y, int z) { cells += liquid_share(phi(x, y, z), phi.spacing); });
   return cells;
 }
 

@@ -70,7 +70,7 @@ Ellipse measured_ellipse(const Fluid<float>& fluid) {
   const double h = fluid.spacing;
   double volume = 0, x1 = 0, y1 = 0, x2 = 0, y2 = 0, product = 0, square = 0;
   for_each_place(fluid.phi, [&](int x, int y, int z) {
-    const double cell = std::clamp(.5 - fluid.phi(x, y, z) / h, 0., 1.), px = (x + .5) * h, py = (y + .5) * h;
+    const double cell = liquid_share(fluid.phi(x, y, z), h), px = (x + .5) * h, py = (y + .5) * h;
     volume += cell, x1 += cell * px, y1 += cell * py, x2 += cell * px * px, y2 += cell * py * py;
   });
   x1 /= volume, y1 /= volume, x2 /= volume, y2 /= volume;

@@ -44,7 +44,7 @@ Vector3<double> centre_of(const Fluid<float>& fluid) {
   Vector3<double> sum = {0, 0, 0};
   double volume = 0;
   for_each_place(fluid.phi, [&](int x, int y, int z) {
-    const double cell = std::clamp(.5 - double(fluid.phi(x, y, z)) / fluid.spacing, 0., 1.);
+    const double cell = liquid_share(fluid.phi(x, y, z), fluid.spacing);
     sum = sum + cell * Vector3<double>{x + .5, y + .5, z + .5}, volume += cell;
   });
   return (fluid.spacing / volume) * sum;

@@ -12,6 +12,8 @@
 //         rendering of complex water surfaces, SIGGRAPH 2002; [ITJ07] "Production Fluid".
 #pragma once
 
+#include <algorithm>
+
 #include "common/convert.h"
 #include "common/levelset/field.h"
 #include "common/vector3.h"
@@ -49,6 +51,8 @@ template <class Number>
 inline auto is_air(const Number& phi, const Number& solid) {
   return !(phi < Number(0)) & !is_solid(solid);
 }
+// The share of a cell of side h that is liquid, from 0 to 1, as if the surface were a plane across an axis.
+inline double liquid_share(double phi, double h) { return std::clamp(.5 - phi / h, 0., 1.); }
 // Whether the face between two cells is closed.
 template <class Number>
 inline auto is_closed(const Number& solid_a, const Number& solid_b) {

@@ -65,11 +65,10 @@ int main() {
   }
   const double h = phi.spacing;
   double lost[4] = {}, misplaced[4] = {}, all = 0;
-  const auto share = [h](float d) { return std::clamp(.5 - d / h, 0., 1.); };
   for (int z = 0; z < phi.nz; ++z)
     for (int y = 0; y < phi.ny; ++y)
       for (int x = 0; x < phi.nx; ++x) {
-        const double before = share(start(x, y, z)), change = share(phi(x, y, z)) - before;
+        const double before = liquid_share(start(x, y, z), h), change = liquid_share(phi(x, y, z), h) - before;
         const int part = part_of({(x + .5) * h, (y + .5) * h, (z + .5) * h}, h);
         all += before, lost[part] -= change, misplaced[part] += std::abs(change);
       }

@@ -41,9 +41,6 @@ openvdb::FloatGrid::Ptr grid_of(const Fluid<float>& fluid) {
   return grid;
 }
 
-// What a plane at distance phi cuts off of a cell, as a share of it.
-double share(double phi, double h) { return std::clamp(.5 - phi / h, 0., 1.); }
-
 // Against the start, where the flow ends, in percent of its volume.
 template <class F>
 Json errors(const Fluid<float>& start, const F& phi) {
@@ -51,7 +48,8 @@ Json errors(const Fluid<float>& start, const F& phi) {
   for (int z = 0; z < start.nz; ++z)
     for (int y = 0; y < start.ny; ++y)
       for (int x = 0; x < start.nx; ++x) {
-        const double before = share(start.phi(x, y, z), start.spacing), now = share(phi(x, y, z), start.spacing);
+        const double before = liquid_share(start.phi(x, y, z), start.spacing);
+        const double now = liquid_share(phi(x, y, z), start.spacing);
         volume += before, left += now, misplaced += std::abs(now - before);
       }
   return {{"volume_lost_percent", 100 * (1 - left / volume)}, {"misplaced_percent", 100 * misplaced / volume}};

@@ -57,18 +57,18 @@ void verlet_sheet(Cloth<Real>& cloth) {
 #pragma omp for schedule(static)
       for (int r = -1; r < rows; ++r)
         for (int c = -lanes; c < columns; c += lanes) {
-          Vector3<floatv> up = {0.f, 0.f, 0.f}, low = up;
-          if (r >= 0 && r < rows - 1 && c >= 0) {
-            const int i = r * pitch + c;
-            const Particle<floatv> top_left = particle(p, q, i), top_right = particle(p, q, i + 1);
-            const Particle<floatv> bottom_left = particle(p, q, i + pitch),
-                                   bottom_right = particle(p, q, i + pitch + 1);
-            const maskv there = first_lanes(columns - 1 - c);
-            up = select(there, air_force(model, top_left, top_right, bottom_left), up);
-            low = select(there, air_force(model, bottom_right, bottom_left, top_right), low);
+          const Vector3<floatv> none = {0.f, 0.f, 0.f};
+          const int upper_place = square(r, c), lower_place = lower + upper_place;
+          if (r < 0 || r >= rows - 1 || c < 0) {
+            store(forces, upper_place, none), store(forces, lower_place, none);
+            continue;
           }
-          store(forces, square(r, c), up);
-          store(forces, lower + square(r, c), low);
+          const int i = r * pitch + c;
+          const maskv there = first_lanes(columns - 1 - c);
+          const Particle<floatv> top_right = particle(p, q, i + 1), bottom_left = particle(p, q, i + pitch);
+          store(forces, upper_place, select(there, air_force(model, particle(p, q, i), top_right, bottom_left), none));
+          const Particle<floatv> bottom_right = particle(p, q, i + pitch + 1);
+          store(forces, lower_place, select(there, air_force(model, bottom_right, bottom_left, top_right), none));
         }
     }
     // A row of particles writes its own positions alone.

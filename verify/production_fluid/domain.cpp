@@ -32,7 +32,7 @@ double volume_of(const Fluid<float>& fluid) {
   for (int z = 0; z < fluid.nz; ++z)
     for (int y = 0; y < fluid.ny; ++y)
       for (int x = 0; x < fluid.nx; ++x)
-        if (!is_solid(fluid.solid(x, y, z))) volume += std::clamp(.5 - fluid.phi(x, y, z) / h, 0., 1.);
+        if (!is_solid(fluid.solid(x, y, z))) volume += liquid_share(fluid.phi(x, y, z), h);
   return volume * h * h * h;
 }
 
