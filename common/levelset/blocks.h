@@ -1,9 +1,9 @@
 // The grid cut into independent blocks: each is padded by the width of the band, and a little more. The price of
 // padding is that some points are computed more than once.
 //
-// The band alone is enough for the interface points that a block's distances come from, but not for all points that
-// they come by: where the front is nearly parallel to an axis, a distance also depends, by a share that falls with
-// every step, on points beside it. Band plus one left differences of .003 h (spheres and box at 128^3), plus two .0003
+// A padding of the band alone covers all interface points that a block's distances start from, but not all points on
+// the way: where the front is nearly parallel to an axis, a distance also depends, by a share that falls with every
+// step, on points beside its path. Band plus one left differences of .003 h (spheres and box at 128^3), plus two .0003
 // h, plus three .00008 h, plus four none beyond rounding.
 //
 // Source: [ITJ07] Figure 7.
@@ -48,9 +48,9 @@ void for_interface_of(const Distances<Real>& distances, const Block& block, cons
   }
 }
 
-// The blocks with an interface point in their padding or in themselves, in the order of the grid; all distances of
-// other blocks are `far`, and stay so. An infinite band makes one block. for_each as in reach.h: a block picks its own
-// points, so blocks can be made side by side.
+// The blocks with an interface point in themselves or in their padding, in the order of the grid; in all others,
+// distances are `far`, and stay so. A band as wide as the grid makes one block. for_each as in reach.h: a block picks
+// its own points, so blocks can be made side by side.
 template <class Real, class ForEach = InOrder>
 std::vector<Block> make_blocks(const Distances<Real>& distances, Real band, int size, const ForEach& for_each = {}) {
   const Field<Real>& d = distances.distance;
@@ -71,7 +71,7 @@ std::vector<Block> make_blocks(const Distances<Real>& distances, Real band, int 
         const Extent x = own(i, d.nx), y = own(j, d.ny), z = own(k, d.nz);
         blocks.push_back({x, y, z, pad(x, d.nx), pad(y, d.ny), pad(z, d.nz), {}});
       }
-  // Counted first, so that all memory is asked for here, in one thread.
+  // Points are counted first, so that one thread allocates all memory, outside for_each.
   const int count = static_cast<int>(blocks.size());
   std::vector<std::size_t> points(blocks.size());
   for_each(count, [&](int b) {

@@ -12,14 +12,14 @@
 
 namespace lockstep::levelset {
 
-// How far phi is from zero on the other side of the interface, at the farther of two neighbours along an axis; negative
-// where both are on this side.
+// The greater |phi| of the two neighbours along an axis that are on the other side of the interface, or on it; negative
+// where neither is.
 template <class V>
 [[gnu::always_inline]] inline V other_side(V phi, V before, V after) {
   return select(phi < V(0), max(before, after), max(-before, -after));
 }
 
-// Whether a point is beside the interface: phi is 0, or beyond >= 0 along some axis, which is what other_side gives.
+// Whether a point is beside the interface: phi is 0, or `beyond`, from other_side, is >= 0 along some axis.
 template <class V>
 [[gnu::always_inline]] inline auto beside_interface(V phi, const Vector3<V>& beyond) {
   return (phi == V(0)) | (max(beyond.x, max(beyond.y, beyond.z)) >= V(0));

@@ -9,6 +9,7 @@
 //
 // In, out: distances, as initialize leaves them.
 // In:      band, m, > 0; size, > 0.
+// Errors:  std::bad_alloc.
 // Source:  [ITJ07] Figures 6 and 7; Sethian, A fast marching level set method for monotonically advancing fronts, PNAS
 //          93 (1996).
 #pragma once

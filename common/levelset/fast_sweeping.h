@@ -13,7 +13,8 @@
 //
 // In, out: distances, as initialize leaves them.
 // In:      band, m, > 0; rounds, > 0; size, > 0.
-// Returns  how many rounds it took; in blocks, the most that one took.
+// Returns  how many rounds were made; in blocks, the most of any block.
+// Errors:  std::bad_alloc.
 // Source:  [ITJ07] Figure 8; Zhao, A fast sweeping method for eikonal equations, Math. Comp. 74 (2005); for hyperplanes
 //          Detrixhe, Gibou and Min, A parallel fast sweeping method for the eikonal equation, J. Comput. Phys. 237
 //          (2013).

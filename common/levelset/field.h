@@ -11,7 +11,8 @@
 namespace lockstep::levelset {
 
 // Points (x, y, z), 0 <= x < nx and so on, `spacing` metres apart. Owns its values: that of (x, y, z) is value[index(x,
-// y, z)]. Lines along x are padded for lanes, left and right, by at least sixteen values that no kernel changes.
+// y, z)]. Lines along x are padded for lanes, left and right, by at least 32 values that no kernel changes, except that
+// `initialize` sets those of its distances to `far`.
 template <class Real>
 struct Field {
   int nx = 0, ny = 0, nz = 0;
@@ -59,7 +60,7 @@ void for_each_field(P& point, const F& f) {
   f("x", point.x), f("y", point.y), f("z", point.z);
 }
 
-// The padding of the lines counts: no kernel may change it.
+// Padding is listed, too, so that comparisons show a kernel that changes it.
 template <Is<Distances> D, class F>
 void for_each_array(D& distances, const F& f) {
   f("distance", distances.distance.value, distances.distance.value.size());

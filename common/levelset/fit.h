@@ -9,11 +9,12 @@
 
 namespace lockstep::levelset {
 
-// The finest grid of so many points that has the mesh in its middle and `room` spacings between it and each side.
-// Throws InputError, which `where` opens, unless there are points for the room and the spacing is 1e-6 .. 1e6 m.
+// The finest grid of `points` points along each axis that has the mesh in its middle and at least `room` spacings
+// between it and each side. Throws InputError, which begins with `where`, unless there are points for the room, the
+// spacing is 1e-6 .. 1e6 m, and the mesh's coordinates are at most 1e9 spacings.
 Grid fit_grid(const Mesh& mesh, const std::array<int, 3>& points, double room, const std::string& where);
 
-// Throws InputError, which `where` opens and which names both boxes, if the mesh reaches beyond the grid's box.
+// Throws InputError, which begins with `where` and names both boxes, if the mesh reaches beyond the grid's box.
 void require_inside(const Mesh& mesh, const Grid& grid, const std::string& where);
 
 }  // namespace lockstep::levelset

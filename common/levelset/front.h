@@ -22,7 +22,7 @@ class Front {
   bool has_accepted(const Point& p) const { return place_(p.x, p.y, p.z) == accepted; }
   void accept(const Point& p) { place_(p.x, p.y, p.z) = accepted; }
 
-  // Lowers the distance of a trial point, or makes a point one.
+  // Sets the distance of a point: lowers that of a trial point, or makes an untried point a trial point.
   void lower(const Point& p, Real distance) {
     distance_(p.x, p.y, p.z) = distance;
     int& place = place_(p.x, p.y, p.z);
@@ -34,7 +34,7 @@ class Front {
     rise(place);
   }
 
-  // Accepts the nearest trial point. Not if empty().
+  // Accepts and returns the nearest trial point. The front must not be empty().
   Point accept_nearest() {
     const Point nearest = heap_[0].point;
     accept(nearest);

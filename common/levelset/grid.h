@@ -5,7 +5,7 @@
 
 namespace lockstep::levelset {
 
-// Points stand in the middle of cubes that fill a box with a corner at the origin.
+// Points stand in the middle of cubes that fill a box, whose lowest corner is at `origin`.
 struct Grid {
   int nx, ny, nz;
   double spacing;          // m

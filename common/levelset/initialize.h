@@ -6,8 +6,9 @@
 // theta^2). This is exact, whatever the slope of phi, for a plane with a crossing along each axis that it is not
 // parallel to; otherwise it is too large by less than h. All other points come out `far`.
 //
-// In:      phi, finite, a value of either sign at every point; only where it is zero matters, not its slope.
+// In:      phi, finite, < 0 inside; it need not be a distance.
 // Out:     distances, of the same size: distance (m) and interface.
+// Errors:  std::bad_alloc.
 // Source:  [ITJ07] uses the distances "for a narrow band around the interface"; the formula is from Adalsteinsson and
 //          Sethian, The fast construction of extension velocities in level set methods, J. Comput. Phys. 148 (1999).
 #pragma once

@@ -25,7 +25,7 @@ double squared_distance_from_edge(const Vector& p, const Vector& a, const Vector
 struct Plate {
   Vector a, b, c;
   Vector normal;    // of any length
-  double normal_2;  // its square; 0 of a triangle too thin to have a normal, which is as good as its edges
+  double normal_2;  // its square; 0 if the triangle is too thin to have a normal: then its edges alone count
 
   explicit Plate(const Vector& a, const Vector& b, const Vector& c) : a(a), b(b), c(c) {
     const Vector ab = (b - a), ac = (c - a);

@@ -50,7 +50,7 @@ void require_size(double nx, double ny, double nz, const toml::node& points) {
                  position(points.source()) + ": a grid of " + digits_of(nx * ny * nz) + " points");
 }
 
-// The grid that the keys say; spacing is 1 / points.x and the origin zero where they say nothing.
+// The grid of the scene's keys; without them, the spacing is 1 / points.x and the origin zero.
 Grid read_grid(const toml::table& scene, const std::array<int, 3>& points) {
   const auto [nx, ny, nz] = points;
   const Grid grid{.nx = nx,
@@ -164,7 +164,8 @@ Scene load_scene(const std::string& path) {
   Field<double> distance;
   if (mesh_table) {
     const Mesh mesh = load_mesh(*mesh_table, path);
-    // A spacing more than the band, or than distances are exact, so that the points beside the grid's sides are beyond.
+    // One spacing more than the band, or than exact_spacings without one, so that the grid's outermost points are
+    // beyond it.
     const double room = band.value_or(exact_spacings) + 1;
     if (!scene.contains("spacing") && !scene.contains("origin"))
       grid = fit_grid(mesh, points, room, position(points_value.source()) + ": points");

@@ -17,7 +17,7 @@ struct Scene {
   Field<float> phi;           // < 0 inside, else outside; its zero is the interface, and there is one
   double band;                // m; infinite where all points are wanted
   int rounds;                 // >= 1
-  std::vector<Shape> shapes;  // whose union the inside is: signed_distance(shapes, p) is exact; none of a mesh
+  std::vector<Shape> shapes;  // whose union is the inside, see signed_distance in shapes.h; empty for a mesh
 };
 
 // Reads a TOML scene. Throws InputError in one line, `file:line:column: what was expected`, where the file cannot be

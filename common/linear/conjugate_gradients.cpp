@@ -23,7 +23,7 @@ BlockRows<Real> inverse_diagonal(const BlockRows<Real>& a) {
   for (int i = 0; i < a.rows; ++i) {
     for (int k = a.begin[i]; k < a.begin[i + 1]; ++k) {
       if (a.column[k] != i) continue;
-      // Entry (r, c) of the adjugate is the cofactor of (c, r): rows and columns after c and r, in a ring.
+      // Entry (r, c) of the adjugate is the cofactor of (c, r), from the next two rows and columns, modulo 3.
       const Real* const block = &a.value[9 * static_cast<std::size_t>(k)];
       const auto at = [&](int r, int c) { return static_cast<double>(block[3 * (r % 3) + c % 3]); };
       const auto cofactor = [&](int r, int c) {

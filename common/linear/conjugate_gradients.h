@@ -10,14 +10,15 @@
 //
 // The residual r that the iteration carries along is not b - A x: rounding moves the two apart, and in float r falls to
 // any tolerance while b - A x stays near 2^-24 |A| |x| (Greenbaum, SIAM J. Matrix Anal. Appl. 18, 1997). So the true
-// one is reported beside it.
+// residual is reported, too.
 //
-// Where the system can refresh, the true residual reaches the tolerance, too. Whenever |r| has fallen to a hundredth,
-// x is added to a sum in double that the system keeps, r becomes the true residual, and x goes on from 0; directions go
-// on as before, so that convergence does not begin anew. The sum is the solution, and x is 0 in the end.
+// With System::refresh the true residual reaches the tolerance, too. Whenever |r| has fallen to a hundredth of the last
+// true residual, x is added to a sum in double that the system keeps, r becomes the true residual, and x becomes 0;
+// directions are kept, so that convergence does not begin anew. The sum is 0 at first. In the end it is the solution,
+// and x is 0.
 //
 // In: system; b. Out: x. Vectors of one length; x and b do not overlap. b = 0 gives x = 0 in no iteration. Stops, too,
-// where p . A p <= 0 or is NaN: A is then not positive definite, or x has overflown.
+// where p . A p <= 0 or is NaN: A is then not positive definite, or x has overflowed.
 //
 // Source: refreshing: Sleijpen and van der Vorst, Reliable updated residuals in hybrid Bi-CG methods, Computing 56
 //         (1996). Hestenes and Stiefel (1952); Saad, Iterative Methods for Sparse Linear Systems (2nd ed., 2003),
@@ -39,7 +40,7 @@ struct System {
   // |b - A x|, computed in double (residual_norm). Not called if there is `refresh`. May be absent: the true residual
   // of the solution is then NaN.
   std::function<double(std::span<const Real> b, std::span<const Real> x)> residual;
-  // Adds x to the sum and sets it to 0; r = b - A (the sum), computed in double; returns r . r. May be absent.
+  // Adds x to the sum and sets x to 0; r = b - A (the sum), computed in double; returns r . r. May be absent.
   std::function<double(std::span<Real> x, std::span<Real> r)> refresh = {};
 };
 
@@ -69,12 +70,12 @@ ConjugateGradients<float> conjugate_gradients;
 
 // --- What systems are made of
 
-// The inverse of the diagonal, as a matrix: Jacobi's preconditioner is its product. Each row must have a diagonal entry
-// that is not 0.
+// The inverse of the diagonal, as a matrix: the product with it is Jacobi's preconditioner. Each row must have a
+// diagonal entry that is not 0.
 template <class Real>
 Rows<Real> inverse_diagonal(const Rows<Real>& a);
 
-// The same of the 3x3 blocks on the diagonal, inverted in double: block Jacobi.
+// The same of 3x3 blocks, inverted in double: block Jacobi. Each block on the diagonal must have an inverse.
 template <class Real>
 BlockRows<Real> inverse_diagonal(const BlockRows<Real>& a);
 

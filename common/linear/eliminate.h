@@ -26,8 +26,8 @@ Factor<Real> make_factor(const Rows<Real>& a) {
   return f;
 }
 
-// Computes row i of the lower factor, 1 / e_i, and row i of the upper factor, from the upper rows and inverses of the
-// rows before it that it has entries in; writes nothing else.
+// Computes row i of the lower factor, 1 / e_i, and row i of the upper factor; writes nothing else. Reads the upper rows
+// and inverses of the rows j < i in whose columns row i of A has entries.
 template <class Real>
 void eliminate(const Rows<Real>& a, Modification modification, int i, Factor<Real>& f) {
   Rows<Real>&lower = f.lower, &upper = f.upper;
@@ -42,7 +42,7 @@ void eliminate(const Rows<Real>& a, Modification modification, int i, Factor<Rea
     int to_i = upper.begin[j];
     while (upper.column[to_i] != i) ++to_i;
     const Real l = upper.value[to_i], scaled = l * f.inverse[j];
-    // Column j beside row i: both ascend.
+    // Column j of L against row i of A: both ascend.
     Real dropped = 0;
     int beside = a.begin[i];
     for (int m = upper.begin[j]; m < upper.begin[j + 1]; ++m) {

@@ -8,20 +8,20 @@
 //     d_ij = sum of l_mj over m in column j, m != i, that have no entry in row i: the fill that is dropped
 //     e_i  = a_ii in place of any e_i < sigma a_ii: too much was subtracted
 //
-//   tau = 0 is IC(0); tau = 1 keeps the sums of rows (MIC(0)). For Poisson's equation .97 to .995 is best, the more the
-//   finer the grid. A matrix of 7 points on a grid has l_ij = a_ij. Where the pattern is that of a tree, such as a
-//   tridiagonal matrix's, nothing is dropped and M = A.
+//   tau = 0 is IC(0); tau = 1 keeps the sums of rows (MIC(0)). For Poisson's equation .97 to .995 is best, larger on
+//   finer grids. A matrix of 7 points on a grid has l_ij = a_ij. Where no row has more than one entry behind its
+//   diagonal, as in a tridiagonal matrix, nothing is dropped and M = A.
 //
 //   solve finds z of M z = r:
 //
 //     y_i = (r_i - sum over j of l_ij y_j) / e_i           rows ascending
 //     z_i = y_i - (sum over m of l_mi z_m) / e_i           rows descending
 //
-//   Sums run over ascending j and m. 1 / e_i is rounded once, and is what multiplies.
+//   Sums run over ascending j and m. 1 / e_i is rounded once; rows multiply by it.
 //
 // serial: rows in order. openmp: level after level, of a matrix that is numbered by its levels
-// (common/linear/levels.h); the threads share a level's rows, the solve takes sixteen of them at once. Each row is
-// worked on as in order, so the bits are the serial ones.
+// (common/linear/levels.h); the threads share a level's rows, and the solve takes sixteen of them at once. A row does
+// the same operations in the same order as in serial, so the bits are the serial ones.
 //
 // In: A, symmetric, with a positive diagonal entry in each row. r and z do not overlap.
 //
@@ -49,7 +49,8 @@ struct Factor {
   Array<Real> inverse;  // 1 / e_i
 };
 
-// The factor as lanes take it. Slices of the lower and of the upper rows are the same rows, and do not cross levels.
+// The factor laid out for lanes. Slice s of `lower` and slice s of `upper` have the same rows; no slice crosses from
+// one level to the next.
 struct SlicedFactor {
   SlicedRows lower, upper;
   Array<float> inverse;

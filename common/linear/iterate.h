@@ -31,14 +31,14 @@ Solution iterate(const Vectors& vectors, const System<Real>& system, std::span<c
   if (norm_of_b == 0) return {};
 
   Array<Real> r(b.begin(), b.end()), z(b.size()), p(b.size());
-  const std::span<Real> q = z;  // A p: what p was made of is not read again
+  const std::span<Real> q = z;  // A p, in the place of z, which is not read after p is made
   Solution solution{.iterations = 0, .recursive_residual = 1, .true_residual = 1};
   double& residual = solution.recursive_residual;
-  double refreshed = 1;                           // the residual when it was computed anew
-  bool is_refreshed = system.refresh != nullptr;  // and nothing has changed since
+  double refreshed = 1;                           // the last true residual
+  bool is_refreshed = system.refresh != nullptr;  // x is 0, and the sum is the whole solution
   const auto done = [&] { return !(residual > stop.tolerance) || solution.iterations >= stop.iterations; };
   double rz = 0;
-  Real step = 0;  // along p; x takes it when the next direction is made, or at the end
+  Real step = 0;  // along p; added to x when the next direction is made, or at the end
   while (!done()) {
     system.precondition(r, z);
     const double rz_before = rz;

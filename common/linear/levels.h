@@ -1,13 +1,13 @@
 // Rows of a matrix in an order in which many can be eliminated, or solved for, at once.
 //
-// In a triangular solve row i waits for the rows j < i that it has an entry in. Its level is one more than the greatest
-// level of those; rows of one level do not wait for one another. On a grid of 7
-// points levels are the hyperplanes x + y + z = const.
+// In a triangular solve row i waits for the rows j < i in whose columns it has entries. Its level is one more than the
+// greatest level of those; rows of one level do not wait for one another. On a grid of 7 points levels are the
+// hyperplanes x + y + z = const.
 //
-// Numbered level by level, and within a level as before, rows wait for the same rows as before, so that a factor stays
-// the factor; only sums over a row may round otherwise, where its columns change places. Rows of a level then stand
-// side by side, and so does what sixteen rows of a line of a hyperplane wait for. A solver numbers its unknowns so
-// once, and keeps all its vectors in that order.
+// In a matrix numbered level by level, and within a level as before, a row waits for the same rows as before. So the
+// factor is the same but for rounding: a sum over a row adds in another order where its columns change places. Rows of
+// a level are then side by side, and so, mostly, are the columns of sixteen neighbouring rows. A solver numbers its
+// unknowns so once, and keeps all its vectors in that order.
 //
 // Source: Saad, Iterative Methods for Sparse Linear Systems (2nd ed., 2003), 11.6: level scheduling.
 #pragma once

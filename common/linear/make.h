@@ -6,7 +6,7 @@
 namespace lockstep::linear {
 
 // Poisson's equation for the pressure in a tank of cells^3 cubes, scaled by the square of their side. A ball of solid
-// cells, of radius `hole` times the tank's side, stands in its middle; its cells are no unknowns. The tank's walls and
+// cells, of radius `hole` times the tank's side, stands in its middle; its cells are not unknowns. The tank's walls and
 // the solid are closed, above the tank (y = cells) is air, where the pressure is 0. So a row has -1 for each of up to
 // six neighbours, and their number on the diagonal, with one more under the air. Unknowns are numbered along x, then y,
 // then z.

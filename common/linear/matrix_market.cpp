@@ -22,14 +22,14 @@ namespace {
 constexpr double bytes_per_byte = 16;
 constexpr std::int64_t most_rows = std::numeric_limits<std::int32_t>::max() - 64;
 
-// The lines that say something, with their numbers.
+// The lines of a file that are neither blank nor comments, with their numbers.
 class Lines {
  public:
   explicit Lines(const std::string& path) : path_(path), in_(open_input(path)) {
     require_memory(bytes_per_byte * static_cast<double>(std::filesystem::file_size(path)), path + ": reading it");
   }
 
-  // The words of the next line that is neither blank nor a comment; false behind the last.
+  // The words of the next line that is neither blank nor a comment; false after the last.
   bool next(std::vector<std::string_view>& words) {
     words.clear();
     while (words.empty() && std::getline(in_, line_)) {
@@ -47,7 +47,7 @@ class Lines {
 
   std::int32_t number() const { return number_; }  // of the line read last, from 1
 
-  // What stands at the line read last is not what should.
+  // Throws InputError: the line read last, or the end of the file, is not what was expected.
   [[noreturn]] void refuse(const std::string& expected) const {
     throw InputError(path_ + ":" + std::to_string(number_) + ": expected " + expected + ", not \"" + legible(line_) +
                      "\"");
@@ -75,7 +75,7 @@ struct Entry {
   std::int32_t line;
 };
 
-// Row by row, and in a row by columns; of an entry that is there twice, the earlier first.
+// Entries are sorted by row, then by column; of an entry that is there twice, the earlier line comes first.
 std::tuple<std::int32_t, std::int32_t, std::int32_t> key(const Entry& e) { return {e.row, e.column, e.line}; }
 
 bool read_header(Lines& lines) {

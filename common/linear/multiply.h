@@ -10,8 +10,9 @@
 //   residual     block rows, r = b - A x in double, of an x in double: each product a_rc x_c is subtracted from b_r, in
 //                the order of the row; what is left is rounded to Real.
 //
-// In: A; x of A's columns (times 3). Out: y or r of A's rows (times 3). Vectors do not overlap and may stand anywhere;
-// nothing beyond them is touched, and x_j only where column j has an entry in a row.
+// In: A; x, an element a column of A (three a block). Out: y or r, an element a row of A (three a block). Vectors do
+// not overlap and need no alignment; nothing beyond their ends is touched, and x_j is read only if column j has an
+// entry.
 //
 // Source: Saad, Iterative Methods for Sparse Linear Systems (2nd ed., 2003), 3.4 and 11.5.
 #pragma once

@@ -82,7 +82,8 @@ void add_slot(SlicedRows& sliced, const Rows<float>& a, const Cursors& cursors, 
   sliced.slots.push_back(slot);
 }
 
-// A slot that gathers reads sixteen columns; a slot of a run reads none, but is one slot more where lanes differ.
+// A slice gathers if its runs need more than so many slots for each entry of its longest row. A slot that gathers reads
+// sixteen columns; a slot of a run reads none.
 constexpr int slots_for_a_gather = 2;
 
 void add_slice(SlicedRows& sliced, const Rows<float>& a, int begin, int end) {

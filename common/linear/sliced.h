@@ -27,7 +27,7 @@ namespace lockstep::linear {
 // points takes 8 bytes a row in place of 56.
 struct SlicedRows {
   struct Slot {
-    std::int32_t place;   // the column of lane 0, which may lie beyond a.columns if inactive; of gathers: in `column`
+    std::int32_t place;   // column - lane, which may be negative; of a slot that gathers: where in `column` it begins
     std::int32_t values;  // where in `value` it begins: one value, or sixteen
     std::uint16_t mask;   // active lanes
     bool gathers, uniform;
@@ -43,7 +43,7 @@ struct SlicedRows {
 };
 
 // Slices do not cross from one group of rows to the next: group g is the rows groups[g] .. groups[g + 1] - 1, and
-// groups run from 0 to a.rows. Throws std::length_error where a matrix has more than 2^31 - 16 places of values.
+// groups run from 0 to a.rows. Throws std::length_error where `value` or `column` would exceed 2^31 - 17 elements.
 SlicedRows slice(const Rows<float>& a, std::span<const std::int32_t> groups);
 SlicedRows slice(const Rows<float>& a);  // all rows are one group
 
@@ -53,14 +53,15 @@ SlicedRows slice(const Rows<float>& a);  // all rows are one group
 struct SlicedBlockRows {
   int rows = 0, columns = 0;          // in blocks
   Array<std::int32_t> row;            // [16 slice + lane]: the row of the lane; -1 of lanes beyond the last row
-  Array<std::int32_t> length;         // [16 slice + lane]: blocks of the row; a lane is active in so many slots
-  Array<std::int32_t> first_slot{0};  // [slice]
+  Array<std::int32_t> length;         // [16 slice + lane]: blocks of the row; the lane is active in as many slots
+  Array<std::int32_t> first_slot{0};  // [slice]: as in SlicedRows
   Array<std::int32_t> column;         // [16 slot + lane]; 0 where the lane is inactive
   Array<float> value;
 
   int slices() const { return static_cast<int>(first_slot.size()) - 1; }
 };
 
+// Throws std::length_error where `column` would exceed 2^31 - 17 elements.
 SlicedBlockRows slice(const BlockRows<float>& a);
 
 // Bytes that a product reads of the matrix.

@@ -4,7 +4,7 @@
 //   advance   x += a p, then p = z + b p: the step along p, and the next direction, in one pass over p
 //   descend   r -= a q; returns r . r, summed as dot does (common/linear/dot.h)
 //
-// Each product and each sum rounds once. Vectors of one call have one length, do not overlap, and may stand anywhere;
+// Each product and each sum rounds once. Vectors of one call have one length, do not overlap, and need no alignment;
 // nothing beyond their last element is touched.
 //
 // Source: Hestenes and Stiefel, Methods of conjugate gradients for solving linear systems (1952), equations 3:1.

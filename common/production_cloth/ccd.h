@@ -6,7 +6,8 @@
 //      order of the pairs; resized to how many there are. normal[4 k + 3]: the time, as a share of the step.
 //
 // No pair that meets is missed; what that rests on stands in ccd_filters.h and ccd_impact.h. A pair that comes nearer
-// than 2^-26 of its extent counts as meeting. Extent: the greatest component of a difference of two of its vertices.
+// than 2^-26 of its extent counts as meeting. Extent: the greatest component of its vertices as seen from the first, at
+// start and end.
 //
 // The normal is the triangle's, or that of the plane of both edges, at the impact. Where elements are degenerate, edges
 // parallel, or all moves in the common plane, it is the direction in which nearest points stand a little earlier; where

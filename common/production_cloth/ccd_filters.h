@@ -1,8 +1,8 @@
 // Tests that tell of most pairs that they do not meet within a step, for a number or for lanes. They never dismiss a
 // pair that meets: comparisons are exact, and sums must exceed a bound of their rounding.
 //
-// Relative positions of two vertices are linear in time. So what is positive at the start and at the end is positive
-// all the time, if it is linear in them; that of three such factors is a cubic.
+// Relative positions of two vertices are linear in time. So a quantity that is linear in them, and positive at both
+// ends, is positive throughout. A product of three such quantities is a cubic of time.
 //
 // Rounding. u is half the distance of 1 to the next number. A difference of coordinates rounds once: its relative error
 // is u at most. Then a sum of products in which no term goes through more than k roundings is wrong by at most
@@ -31,8 +31,8 @@ struct Corners {
   Vector3<V> start[4], end[4];
 };
 
-// --- Along a coordinate axis: the elements' extents do not overlap at the start nor at the end, on the same side.
-// No swept boxes are needed: those of elements that do not overlap are disjoint on the same side, too.
+// --- Along a coordinate axis: at the start and at the end, the first element is on the same side of the second. Swept
+// boxes would dismiss no more: where they are disjoint along an axis, so are extents at both ends, on the same side.
 
 template <class V>
 struct Range {

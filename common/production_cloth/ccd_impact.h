@@ -1,10 +1,10 @@
 // When, where and along which normal a pair meets that the tests of ccd_filters.h did not dismiss. In double, for one
 // pair; differences of floats are exact there, unless one is 2^29 times the other.
 //
-// The vertices of a pair that meets are in one plane: the cubic f of Cubic is 0. It is looked at where it may be: at
-// its roots; at its extremes and at both ends, if it is 0 there within rounding. At each of these times, in order, the
-// distance of the elements decides. It is a better question than whether the weights are inside: it has an answer for
-// parallel edges and needles, and its tolerance is a length.
+// The vertices of a pair that meets are in one plane: the cubic f of Cubic is 0. So the pair is tested at f's roots,
+// and at its extremes and both ends where f is 0 within rounding. At each of these times, in order, the distance of the
+// elements decides. That is a better test than whether the weights are inside: it has an answer for parallel edges and
+// needles, and its tolerance is a length.
 //
 // No time is missed. Let E be the rounding of f, and M the greatest magnitude of f's coefficients in Bernstein's basis.
 // Their greatest is at most 5 times the greatest of f itself (equal for Chebyshev's polynomial). By Remez' inequality,
@@ -29,7 +29,7 @@ struct Impact {
   Vector3<double> normal;
 };
 
-// A pair in the making: what the search needs of it.
+// What the search needs of a pair.
 struct Pair {
   Spans<double> spans;
   double tolerance;  // m: nearer than this is touching
@@ -64,7 +64,7 @@ inline Nearest<double> nearest_at(const Pair& pair, double time) {
 }
 
 // The first time from `from` to `to` at which the pair touches, or a negative number. Elements that are `distance`
-// apart do not touch for distance / speed. Where that does not come to an end, the answer is yes.
+// apart do not touch for distance / speed. If the rounds run out, the pair counts as touching.
 template <Kind kind>
 inline double advance(const Pair& pair, double from, double to) {
   constexpr int most_rounds = 64;

@@ -21,9 +21,9 @@ inline V share_of(V a, V b) {
   return select(b > V(0.f), min(max(a / b, V(0.f)), V(1.f)), V(0.f));
 }
 
-// Edges from the origin to a, and from b to c. For the point s a of the first line, t is nearest on the second edge;
-// for that, s is nearest on the first. If s was right to begin with, it stays. It is, or makes no difference, unless t
-// had to be brought to an end of its edge; then s is right afterwards.
+// Edges from the origin to a, and from b to c. First, s is that of the two lines, clamped to its edge. Then t is
+// nearest to the point s a on the second edge, and s nearest to that of t on the first. The last step corrects s where
+// t had to be clamped; elsewhere it changes nothing.
 template <class V>
 inline Nearest<V> nearest_of_edges(const Vector3<V>& a, const Vector3<V>& b, const Vector3<V>& c) {
   const Vector3<V> e = c - b;
@@ -74,7 +74,7 @@ inline Nearest<V> nearest(const Vector3<V> (&span)[3]) {
 }
 
 // Whether the direction between the nearest points in the middle of the step keeps the elements apart from start to
-// end. It may be any, so that what rounding makes of it does not count.
+// end. Any direction is valid, so that its rounding does not count.
 template <Kind kind, class V>
 inline MaskOf<V> apart_midway(const Spans<V>& spans) {
   Vector3<V> twice[3];

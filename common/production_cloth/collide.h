@@ -1,5 +1,5 @@
 // Collisions of a cloth with itself within a step: rounds of impulses, then of inelastic zones where they are wanted,
-// then rigid zones until nothing meets. Both versions run this text with kernels of their own.
+// then rigid zones until nothing meets. Both versions run this code with kernels of their own.
 //
 //   up to 3 times: find impacts; impulses change velocities; what was hit ends at start + dt v
 //   then, if wanted, up to `most_inelastic_rounds` times: find impacts; move inelastic zones
@@ -32,7 +32,7 @@ struct CollideMemory {
   InelasticZones<Real> inelastic;
 };
 
-// The twin's zones, and which are wanted: inelastic ones come before rigid ones.
+// The zones of a version, and which are wanted. Inelastic ones come before rigid ones.
 template <class Real>
 struct ZoneKernels {
   MoveZones<Real>* rigid;

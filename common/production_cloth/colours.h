@@ -1,7 +1,7 @@
 // Elements of a cloth in colours: of one kind and colour, no two have a vertex in common, so that all may add to their
 // vertices at once. First fit, in the order of the elements (common/batches.h says what that means for two vertices).
 //
-// Sixty-four colours at most; an element that finds no room is a colour of its own.
+// Elements share sixty-four colours at most; one that finds no room in them is a colour of its own.
 #pragma once
 
 #include "common/batches.h"

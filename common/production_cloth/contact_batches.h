@@ -2,7 +2,7 @@
 // common/batches.h, for four vertices a contact.
 //
 // A vertex has room for 64 batches. A contact that finds none of them free is a batch of its own, after the others, in
-// the order of contacts. Memory: 8 bytes a vertex and 8 a contact.
+// the order of contacts. Memory: 8 bytes a vertex and 5 a contact.
 #pragma once
 
 #include "common/batches.h"
@@ -10,7 +10,7 @@
 
 namespace lockstep::production_cloth {
 
-// inverse_mass is 0 of a vertex that is held, and conflicts with nobody.
+// inverse_mass: 0 of a vertex that is held; contacts may share such vertices.
 template <class Real>
 Batches make_contact_batches(const Contacts<Real>& contacts, const Array<Real>& inverse_mass);
 

@@ -2,8 +2,8 @@
 //
 // A contact acts on four vertices. The relative velocity of its two points is the sum of weight_i v_i: the weights of
 // the point, or of the first edge, sum to 1, those of the triangle, or of the second edge, to -1. The normal n has
-// length 1 and points towards the point, or the first edge, from where that is at the start of the step: elements
-// approach where n . (sum of weight_i v_i) < 0. An impulse J along n changes v_i by J weight_i n / m_i.
+// length 1 and points to the side on which the point, or the first edge, is at the start of the step: elements approach
+// where n . (sum of weight_i v_i) < 0. An impulse J along n changes v_i by J weight_i n / m_i.
 #pragma once
 
 #include <cstdint>

@@ -1,16 +1,17 @@
-// Contract: what the cloth's own forces make of its velocities in half a step: elastic forces as they are, damping of
-// the velocities that come out.
+// Contract: how the cloth's own forces change its velocities in half a step. Elastic forces are explicit, damping is
+// implicit.
 //
 //   M (v' - v) = s (f - D v'),   so   (M + s D) (v' - v) = s (f - D v)
 //
-// for the vertices that are free. Those that are held keep their velocity, which damps the others'. The system is
-// symmetric and positive definite: D is a sum of squares (element_forces.h), but for quadratic bending, whose weights
-// are rounded one by one: it may be off by u |Q|, far less than M. It is solved for the change of velocity, by
-// conjugate gradients (common/linear/iterate.h), preconditioned by M. The tolerance is of the right-hand side above, so
-// that it does not depend on how fast the cloth moves as a whole. Products are made element by element, without a
-// matrix.
+// for the vertices that are free. Those that are held keep their velocity, to which damping couples the others. The
+// system is symmetric and positive definite: D is a sum of squares (element_forces.h). Only the weights of quadratic
+// bending are rounded one by one, which changes D by up to u |Q|, far less than M. The system is solved for the change
+// of velocity, by conjugate gradients (common/linear/iterate.h), preconditioned by M. The tolerance is of the right
+// side above, so that it does not depend on how fast the cloth moves as a whole. Products are made element by element,
+// without a matrix.
 //
-// Nothing changes where the right-hand side is 0: in free fall, and in any other rigid motion at rest but for rounding.
+// Nothing changes where the right-hand side is 0: in free fall and, but for rounding, in any rigid motion of a cloth
+// without elastic forces.
 //
 // In:      elements; state, what the same version's `forces` has made of the present shape; mass, kg; inverse_mass,
 //          1/kg, 0 of held vertices; half_step, s, in seconds; force, N: the elastic forces; when to stop.

@@ -77,7 +77,7 @@ Slices slices_of(const std::vector<std::vector<std::int32_t>>& lists, const Item
   return slices;
 }
 
-// values(link, item, lane) copies what a link has to its place in the slices.
+// Calls f(link, item, lane) for each link of each vertex, with its place in the slices.
 template <class F>
 void for_each_item(const std::vector<std::vector<std::int32_t>>& lists, const Slices& slices, const F& f) {
   for (std::size_t v = 0; v < lists.size(); ++v)

@@ -6,8 +6,8 @@
 //
 //   f_i = -sum over j of Q_ij x_j = sum over j of w_ij (x_j - x_i),   w_ij = -Q_ij,
 //
-// as rows of Q sum to 0: springs of length 0, of which some push. So the two share the loads of their vertices, and
-// equal displacements of all vertices change no bit of the differences that are exact.
+// as rows of Q sum to 0: springs of length 0, of which some push. So springs and bending load the positions of a link
+// once, and a shift of the whole cloth changes no bit where differences of positions are exact.
 //
 // Made once, by sequential code.
 //
@@ -33,9 +33,9 @@ template <class Real>
 struct Elements {
   int vertices = 0;
 
-  // Links: in the order of links, and again as the slices of vertices have them, where what fills up is 0.
+  // Links: in their own order, and again vertex by vertex in slices, where what fills up is 0.
   bool has_springs = false, has_bending = false;
-  int edges = 0, links = 0;                          // 0 where there is neither
+  int edges = 0, links = 0;                          // 0 with neither springs nor bending
   Array<std::int32_t> from, to;                      // [link]: from < to
   Array<Real> rest_length, spring, root_of_damping;  // [edge]: m; N/m; the root of N s/m
   Array<Real> bending;                               // [link]: w, N/m
@@ -44,7 +44,7 @@ struct Elements {
   Array<Real> spring_at;                             // [16 (3 item + field) + lane]: the three of an edge
   Array<Real> edge_bending_at, far_bending_at;       // [16 item + lane]: w
 
-  // Membranes: the mesh's triangles. The last block is filled up with copies of the last one, which no vertex has.
+  // Membranes: the mesh's triangles. The last block is filled up with copies of the last one, in no vertex's list.
   int membranes = 0;
   bool corotated = false;                 // else St. Venant and Kirchhoff's
   Real lambda = 0, mu = 0;                // N/m, of plane stress
@@ -77,7 +77,7 @@ struct Elements {
 template <class Real>
 Elements<Real> make_elements(const Topology& topology, const Vectors<double>& rest, const Material& material);
 
-// What forces finds of the present shape, and damping reads.
+// What `forces` computes of the present shape for damping.
 template <class Real>
 struct State {
   // Of springs, the direction times root_of_damping: serial [3 edge + c], openmp [16 (3 item + c) + lane].

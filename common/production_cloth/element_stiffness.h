@@ -8,9 +8,9 @@
 //
 // x^T K x >= 0 for every element but links of quadratic bending, whose sum alone is definite:
 //
-//   springs     k (r I + (1 - r) u u^T), r = 1 - L / l, and 0 where the spring is pressed
-//   membranes   exact but for what is less than 0: of St. Venant and Kirchhoff's, the part that turns with the stress
-//               has the positive part of S for S; of co-rotated ones, each negative eigenvalue counts as 0
+//   springs     k (r I + (1 - r) u u^T), r = 1 - L / l, but 0 where the spring is compressed
+//   membranes   exact but for negative parts: of St. Venant and Kirchhoff's, the term that turns with the stress takes
+//               the positive part of S; of co-rotated ones, each negative eigenvalue counts as 0
 //   hinges      the part by which the torque changes with theta, k |e|^2 / (|N1| + |N2|) cos(theta / 2) / 2 u_a u_c^T
 //   quadratic   Q
 //

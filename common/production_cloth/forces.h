@@ -13,7 +13,7 @@
 //
 // In:      elements; position, m, finite; colours, made for the elements.
 // Out:     force, N; state, of the elements' size, all of it but the padding. The forms without a state leave none.
-// openmp's forces takes room of the state for its scratch. Arrays are padded.
+// openmp's forces keeps its scratch in the state. Arrays are padded.
 //
 // Source: Bridson, Marino and Fedkiw 2003; Bergou et al. 2006; [ITJ07] "Production Cloth".
 #pragma once
@@ -44,14 +44,14 @@ ForcesInColours<double> forces_colours;
 namespace openmp {
 State<float> make_state(const Elements<float>& elements);
 Forces<float> forces;
-// Each vertex computes the membranes and hinges at it itself. Of the state it leaves springs' directions alone.
+// Each vertex computes its membranes and hinges itself. Of the state, only springs' directions are set.
 Forces<float> forces_recompute;
 ForcesInColours<float> forces_colours;
 // Each addition under its vertex's lock, in the order in which threads come: rounding depends on it. Leaves no state.
 void forces_locks(const Elements<float>& elements, const Vectors<float>& position, Vectors<float>& force);
 }  // namespace openmp
 
-// --- Formulas; of a number or of lanes. field(array, k) is field k of the elements that are meant.
+// --- Formulas; of a number or of lanes. field(array, k) is field k of the one element or of the sixteen.
 
 template <class T, class Real, class Field>
 inline Membrane<T> membrane_of(const Elements<Real>& elements, const Field& field) {

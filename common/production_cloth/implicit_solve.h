@@ -1,5 +1,5 @@
-// Contract: a step of linearised backward Euler: elastic forces and damping of the velocities that come out, both taken
-// as linear in the step.
+// Contract: a step of linearised backward Euler: elastic forces and damping of the step's end, both linearised at its
+// start.
 //
 //   M dv = h (f(x) + df/dx h (v + dv) - D (v + dv)),   so   A dv = h f - (A - M) v,   A = M + h D + h^2 K
 //

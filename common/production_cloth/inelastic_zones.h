@@ -74,7 +74,7 @@ namespace openmp {
 MoveInelasticZones<float> move_zones_inelastic;
 }  // namespace openmp
 
-// --- Which impacts are whose
+// --- The impacts of each zone
 
 // Keeps the impacts, unites their vertices, and sorts all impacts by zone.
 template <class Real>

@@ -1,9 +1,9 @@
 // Where a cloth passes through itself: exact, in sequence.
 //
-// An edge and a triangle without a common vertex must have no point in common. That is what points that meet triangles,
-// and edges that meet edges, could change in a motion; a cloth of which it is true at the start and after every step,
-// with no impact missed in between, has not passed through itself. Two triangles that intersect, and have no edge in
-// common, always have such an edge and triangle.
+// An edge and a triangle without a common vertex must have no point in common. In a motion, that changes only where a
+// point meets a triangle, or an edge an edge. So a cloth of which it is true at the start and after every step, with no
+// impact missed in between, has not passed through itself. Two triangles that intersect, and have no edge in common,
+// always have such an edge and triangle.
 //
 // Touching counts: from where two sheets touch, nobody can say on which side of each other they are. Nothing is
 // rounded, so sheets apart by the least float do not touch. Edges and triangles in one plane are decided exactly as

@@ -27,7 +27,7 @@ FindPairs<float> find_pairs;
 
 // --- Formulas; of a number or of lanes
 
-// Whether a vertex is a corner of a triangle, or two edges have a common end. Which lanes hold several of them.
+// Whether a vertex is a corner of a triangle, or two edges have a common end; of lanes, a mask.
 template <class A, class B>
 inline auto is_corner(const A& vertex, const std::array<B, 3>& corner) {
   return (corner[0] == vertex) | (corner[1] == vertex) | (corner[2] == vertex);

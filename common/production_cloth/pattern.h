@@ -25,7 +25,7 @@ struct Pattern {
 
   int blocks() const { return static_cast<int>(column.size()); }
   int of_link(int k) const { return k; }
-  int of_membrane(int t) const { return first_membrane + membrane_pairs * t; }  // and those of its next pairs
+  int of_membrane(int t) const { return first_membrane + membrane_pairs * t; }  // of its first pair; the others follow
   int of_hinge(int h) const { return first_hinge + hinge_pairs * h; }
 };
 

@@ -17,9 +17,9 @@
 namespace lockstep::production_cloth {
 namespace {
 
-// What loading takes, a triangle, with half a vertex and one and a half edges each: three meshes of 24 bytes, sides of
-// triangles (60), topology (12 + 12 + 12 + 24), codes and orders (6), positions (12); doubled, since vectors grow so.
-// Then boxes (26) and positions (6) for a look at what intersects.
+// Of loading, with half a vertex and one and a half edges a triangle: three meshes of 24 bytes, sides of triangles
+// (60), topology (12 + 12 + 12 + 24), codes and orders (6), positions (12); doubled, since vectors grow so. Then boxes
+// (26) and positions (6) for the test for intersections.
 constexpr double bytes_per_triangle = 2 * (3 * 24 + 60 + 60 + 6 + 12) + 26 + 6;
 constexpr double max_triangles = 1 << 26;
 
@@ -247,7 +247,7 @@ void require_shape(const Topology& topology, const Vectors<double>& rest, const 
   }
 }
 
-// What has passed through itself at the start cannot be told apart from what is to be kept from it.
+// Where a cloth intersects itself at the start, nothing tells on which side of itself it belongs.
 void require_no_intersection(const Topology& topology, const Vectors<double>& rest, const std::string& where) {
   const auto found = first_intersection(topology, convert<float>(rest));
   if (!found) return;

@@ -86,8 +86,8 @@ void for_each_field(T& took, const F& f) {
 template <class Real>
 struct StepMemory {
   Vectors<Real> predicted;  // m: the ends that the search covers, but for its room
-  Vectors<Real> middle;     // m/s: v*
-  Vectors<Real> before;     // m/s: v* before contact; then w, then w'
+  Vectors<Real> middle;     // m/s: v*; then w'
+  Vectors<Real> before;     // m/s: v* before contact; then w
   Vectors<Real> end;        // m: x'
   Vectors<Real> halfway;    // m: (x + x') / 2
   Vectors<Real> force;      // N

@@ -9,8 +9,8 @@
 //   with held vertices      these go where they are to go. The others follow the rigid motion that fits the held ones
 //                           best, of equal weight: their mean displacement, and the turn that makes the sum of
 //                           r x (what is left) zero, found by Newton's method from none. It is exact where held
-//                           vertices move rigidly. Of one held vertex, or of several in a line, the turn about what
-//                           they leave open is none.
+//                           vertices move rigidly. Where one held vertex, or several in a line, leave a turn
+//                           undetermined, there is none.
 //
 //   Free vertices of zones get the velocity (x' - x) / dt. Linear momentum is kept; angular momentum is that of the
 //   rotation, of which a straight way from x to x' keeps a share, sin(|w| dt) / (|w| dt) about a main axis.
@@ -38,7 +38,7 @@
 
 namespace lockstep::production_cloth {
 
-// Vertices that are in one zone have one least vertex. A vertex that is in none is its own.
+// Sets of union-find: the root of a zone is its least vertex; a vertex in no zone is its own root.
 struct Zones {
   Array<std::int32_t> parent;  // [vertex]: a vertex of its zone, not greater than itself
   Array<std::int32_t> vertex;  // of all zones, zone after zone in the order of least vertices, each ascending
@@ -52,7 +52,7 @@ void for_each_array(Z& zones, const F& f) {
   f("begin", zones.begin, zones.begin.size());
 }
 
-// No zones yet, or any more.
+// Leaves no zones: every vertex is its own root.
 inline void clear(int vertices, Zones& zones) {
   zones.parent.resize(vertices);
   for (int v = 0; v < vertices; ++v) zones.parent[v] = v;
@@ -140,7 +140,7 @@ inline void turn_further(const Inertia& inertia, RigidMotion& motion) {
   motion.turn = {r * before.x, r * before.y, r * before.z};
 }
 
-inline constexpr int turns_of_held = 4;  // of Newton's method: each cubes what is left of the angle
+inline constexpr int turns_of_held = 4;  // of Newton's method: each cubes the angle that is left
 
 // A vertex of a zone: its weight in the sums, where it starts, how far it goes.
 struct ZoneVertex {
@@ -148,7 +148,7 @@ struct ZoneVertex {
   Vector3<double> start, way;
 };
 
-// Vertex v of a zone that has held vertices, or has none.
+// Vertex v of a zone. `holds`: whether the zone has held vertices.
 template <class Real>
 ZoneVertex zone_vertex(std::int32_t v, bool holds, const Array<Real>& inverse_mass, Real time_step,
                        const Vectors<Real>& start, const Vectors<Real>& position, const Vectors<Real>& velocity) {

@@ -6,8 +6,8 @@
 // held nodes are empty; columns are not.
 //
 // In:  body; strained, what update_state makes of it; pattern, made from the body.
-// Out: k, all values; it has been made with the pattern's blocks (make_block_rows, linear::slice). openmp takes room
-//      for the shares of all tetrahedra besides, and leaves there what it needs no more.
+// Out: k, all values; the caller has made it with the pattern's blocks (make_block_rows, linear::slice). openmp's
+//      `shares` (make_shares) is scratch.
 // Source: [ITJ07] "Production Face"; Teran, Sifakis, Irving and Fedkiw, Robust quasistatic finite elements and flesh
 //         simulation, SCA 2005.
 #pragma once

@@ -1,13 +1,12 @@
 // A body of tetrahedra with muscles in it: at rest, and deformed.
 //
-// Corners of a tetrahedron are counted from 0 to 3. Of a function that is linear in it, corner a's share is the
-// function h_a that is 1 at the corner and 0 at the others; gradient[a] is its slope at rest, and those of corners 1 to
-// 3 are the rows of Dm^-1, Dm = [X1 - X0, X2 - X0, X3 - X0]. So F = I + sum over a = 1, 2, 3 of (u_a - u_0)
-// gradient[a]^T, where u are displacements. Displacements are kept, and not positions: in float, strains then are as
-// exact as they are small.
+// Corners of a tetrahedron are counted from 0 to 3. The linear shape function of corner a is 1 at the corner and 0 at
+// the others; gradient_a is its gradient at rest. Those of corners 1 to 3 are the rows of Dm^-1,
+// Dm = [X1 - X0, X2 - X0, X3 - X0]. So F = I + sum over a = 1, 2, 3 of (u_a - u_0) gradient_a^T, where u are
+// displacements. Displacements are stored, not positions, so that in float small strains keep their relative precision.
 //
-// The last block of tetrahedra is filled up with copies of the last one that have no volume. Both versions compute
-// them, too.
+// The last block of tetrahedra is filled up with copies of the last one that have no volume. update_state computes
+// them, too; they give nothing to nodes.
 #pragma once
 
 #include <cstdint>
@@ -29,10 +28,10 @@ struct Body {
   Blocked<Real> gradient;        // 9, 1/m: of corners 1, 2 and 3
   Blocked<Real> volume;          // 1, m^3
 
-  // Muscle fibres. A block of tetrahedra has as many slots of fibres as that of its tetrahedra which has the most:
-  // block b those from first_fibre[b] to first_fibre[b + 1] - 1. A slot is a block of Blocked.
+  // Muscle fibres. A block of tetrahedra has as many slots of fibres as its tetrahedron with the most fibres. Block b
+  // has the slots first_fibre[b] to first_fibre[b + 1] - 1. A slot is a block of Blocked.
   Array<std::int32_t> first_fibre;
-  Blocked<std::int32_t> muscle;  // 1: whose the fibre is, -1 where a tetrahedron has none in this slot
+  Blocked<std::int32_t> muscle;  // 1: the fibre's muscle, -1 where a tetrahedron has none in this slot
   // 5: its direction, of length 1; the share of the tetrahedron that is muscle; its greatest tension, Pa. 0 without one
   Blocked<Real> fibre;
 

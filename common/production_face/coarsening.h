@@ -1,14 +1,14 @@
 // Coarse levels of a face for its preconditioner (multigrid.h): nodes in aggregates that move as rigid bodies, these in
-// larger ones, and so on, until a level has no more than `most_at_last`.
+// larger ones, and so on, until a level has at most `most_at_last` aggregates or does not get smaller.
 //
 // An aggregate has six numbers, a translation t and a rotation w. Its member i, a node or an aggregate of the level
 // before, moves by P_i = [1 R_i; 0 1] of them (a node has the first row alone):
 //
 //   u_i = t + w x d_i,   w_i = w,   d_i the member's centre from the aggregate's, over the level's length
 //
-// so that w has the size of t. A centre is the mean of the nodes. Nodes on a line do not tell a rotation about it:
-// where an aggregate's nodes are so, and those of none of its members are not, all its d_i are 0, and the rows of its
-// rotation in the coarse matrix with them.
+// so that w has the size of t. A centre is the mean of the nodes. Nodes on a line do not determine a rotation about it.
+// Where the nodes of an aggregate, and those of each of its members, are about on a line, all its d_i are 0, and so are
+// the rows of its rotation in the coarse matrix.
 //
 // The coarse matrix P^T K P couples aggregates I and J by the sum of P_i^T K_ij P_j, i in I and j in J. It has its
 // blocks of 6x6 as four of 3x3, of block rows 2 I and 2 I + 1, so that linear's products take it. K is symmetric, so
@@ -30,9 +30,9 @@
 
 namespace lockstep::production_face {
 
-// Two elements of different aggregates that were chosen to begin them are further apart than so many edges.
+// Any two elements that begin aggregates are more than so many edges apart.
 inline constexpr int reach_of_nodes = 3, reach_of_aggregates = 1;
-inline constexpr int most_at_last = 100;  // aggregates, whose matrix is factored
+inline constexpr int most_at_last = 100;  // aggregates of the last level, whose matrix is factored
 
 template <class Real>
 struct CoarseLevel {
@@ -53,7 +53,7 @@ struct CoarseLevel {
   std::vector<Coupling> coupling;
   Array<std::int32_t> diagonal;        // [aggregate]: its coupling with itself
   Array<std::int32_t> first_share{0};  // [coupling]; and the number of shares, behind the last
-  Array<std::int32_t> i, j;            // [share]
+  Array<std::int32_t> i, j;            // [share]: its two members
   Array<std::int32_t> share;           // [(share * parts + p) * parts + q]: the block of K for part p of i and q of j
 
   int count() const { return static_cast<int>(first.size()) - 1; }

@@ -16,7 +16,7 @@ struct Edges {
   Array<std::int32_t> held;         // the nodes whose rows are empty, ascending
 };
 
-// The matrix must be symmetric to the bit, but that rows may be empty (pattern.h).
+// The matrix must be symmetric to the bit, except that rows may be empty (pattern.h).
 template <class Real>
 Edges<Real> make_edges(const linear::BlockRows<Real>& k);
 

@@ -25,8 +25,9 @@ inline Matrix3<T> composed(const Matrix3<T>& u, const Vector3<T>& s, const Matri
   return {v.x.x * x + v.y.x * y + v.z.x * z, v.x.y * x + v.y.y * y + v.z.y * z, v.x.z * x + v.y.z * y + v.z.z * z};
 }
 
-// The nearest derivative without negative eigenvalues has 0 in place of those that are negative. They are those of the
-// pairs, alpha + beta and alpha - beta, and of the block of the diagonal. What has none stays as it is.
+// The nearest derivative without negative eigenvalues has 0 in place of those that are negative. Eigenvalues are those
+// of the pairs, alpha + beta and alpha - beta, and of the block of the diagonal. A pair or block without negative ones
+// keeps its bits.
 // Source: Teran, Sifakis, Irving and Fedkiw (2005), section 5.
 
 template <class T>
@@ -62,7 +63,7 @@ inline auto is_definite(const ScaledBlock<T>& scaled) {
   return (xx > T(0)) & (of_xy > margin * (xx * yy)) & (whole > margin * (xx * yy * zz));
 }
 
-// The block without negative eigenvalues; it is asked only where it may have some.
+// The block without its negative eigenvalues. Needed only where is_definite is false.
 template <class T>
 inline svd_detail::Symmetric<T> definite_block(ScaledBlock<T> scaled) {
   svd_detail::Symmetric<T>& block = scaled.block;
@@ -93,14 +94,14 @@ inline Element<T> element(const Matrix3<T>& f, const Flesh& flesh) {
   return e;
 }
 
-// A fibre's pull: adds its stress and its energy, and says what its derivative is made of.
+// What the derivative of a fibre's stress is made of (muscle.h).
 template <class T>
 struct Pull {
   Vector3<T> along;  // F w
   T per_stretch, stiffness;
 };
 
-// `activation` is a d; `most` is sigma, Pa, 0 where the tetrahedron has no such fibre.
+// Adds a fibre's stress and energy to the element. `activation` is a d; `most` is sigma, Pa, 0 where there is no fibre.
 template <class T, class Mask>
 inline Pull<T> add_pull(const Matrix3<T>& f, const Vector3<T>& w, const T& activation, const T& most,
                         const Mask& definite, Element<T>& e) {

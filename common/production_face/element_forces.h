@@ -12,7 +12,7 @@
 
 namespace lockstep::production_face {
 
-// field(array, k) is field k of the array's elements that are meant: of one, or of sixteen.
+// field(array, k) is field k of `array`, of the one element or of the sixteen that T holds.
 template <class T, class Real, class Field>
 Parts<T> element_forces(const Body<Real>& body, const Strained<Real>& strained, const Field& field) {
   const auto vector = [&](const Blocked<Real>& array, int k) {

@@ -31,13 +31,13 @@ bool is_loose(const Vector& p) {
   return p.z > .02 && x * x + high * high < 1;
 }
 
-// Beside them, a strip of 8 mm between what moves with the jaw and with the skull is free; and so are nodes of the
-// skull that share a tetrahedron with one of the jaw.
+// Lips and cheeks are free. So are a strip of 8 mm between the nodes of jaw and skull, and nodes of the skull that
+// share a tetrahedron with one of the jaw.
 std::vector<Bone> bones_of(const Mesh& mesh, double spacing) {
   std::vector<Bone> bone(mesh.nodes.size(), Bone::none);
   for (std::size_t n = 0; n < bone.size(); ++n) {
     const Vector& x = mesh.nodes[n];
-    const bool is_behind = x.z < 1e-6 * spacing;  // cuts are exact to less
+    const bool is_behind = x.z < 1e-6 * spacing;  // cuts have smaller errors
     if (!is_behind && (std::abs(distance_to_skull(x)) > .02 * spacing || is_loose(x))) continue;
     const double beyond_jaw = std::max(x.y - mouth_height, .025 - x.z);
     if (beyond_jaw < -.004)
@@ -120,7 +120,7 @@ FaceMesh make_face_mesh(double spacing) {
   FaceMesh face;
   Mesh mesh = stuff_flesh(spacing);
   std::vector<Bone> bone = bones_of(mesh, spacing);
-  // What is held at all its nodes does not move, and nothing could turn it right if it were inside out.
+  // A tetrahedron that is held at all its nodes has no freedom: nothing could turn it right if it were inside out.
   std::erase_if(mesh.tetrahedra, [&](const std::array<std::int32_t, 4>& t) {
     return std::ranges::all_of(t, [&](std::int32_t corner) { return bone[corner] != Bone::none; });
   });

@@ -19,14 +19,15 @@ struct FaceMesh {
   std::vector<std::int32_t> skull, jaw;
 };
 
+inline constexpr Vector3<double> jaw_joint = {0, -.005, .01};  // the middle of the axis that the jaw turns about
+inline constexpr double least_face_spacing = .0015, most_face_spacing = .012;
+
 // spacing: of the lattice, from 1.5 to 12 mm; 11.5, 5.8 and 2.81 mm make 6, 46 and 381 thousand tetrahedra. Nodes
 // and tetrahedra are their own mirror image about x = 0, to the bit. Nodes are numbered in layers from below, and
 // tetrahedra by their least node, so that neighbours are near in memory.
-inline constexpr Vector3<double> jaw_joint = {0, -.005, .01};  // the middle of the axis that the jaw turns about
-inline constexpr double least_face_spacing = .0015, most_face_spacing = .012;
 FaceMesh make_face_mesh(double spacing);
 
-// About how many tetrahedra there are, and rather fewer: to ask for memory.
+// An estimate of the number of tetrahedra, rather too high: to ask for memory.
 double face_tetrahedra(double spacing);
 
 }  // namespace lockstep::production_face

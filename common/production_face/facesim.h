@@ -37,9 +37,9 @@ struct FacesimFace {
 //
 // facesim's rigid bodies, against which flesh is pressed, are not read. Throws InputError in one line where
 // - a file is missing, is longer or shorter than it says, or does not fit the memory
-// - what is counted is not there, or comes twice
-// - a number is beyond 1e9; a share or an activation is not from 0 to 1, to .001, which is taken for the end
-// - a direction is not of length 1, to .1, or a rotation none, to .01
+// - a node or a tetrahedron that is named does not exist; a name comes twice in a list, or a tetrahedron in a muscle
+// - a number is beyond 1e9; a share or an activation is outside 0 to 1 by more than .001 (by less, it is clamped)
+// - a direction's length differs from 1 by more than .1, or a singular value of a rotation by more than .01
 // - the mesh has a fault (faults.h)
 FacesimFace read_facesim(const std::string& folder, const std::optional<std::string>& controls);
 

@@ -34,7 +34,7 @@ struct Flesh {
   float m10 = 6e4f, m01 = 2e4f, kappa = 3e6f;
 };
 
-inline constexpr float crushed = .1f;  // J, from which on the energy goes on as parabolas
+inline constexpr float crushed = .1f;  // the J below which the energy goes on as parabolas
 
 // A function of J, its slope and its curvature.
 template <class T>
@@ -108,7 +108,7 @@ inline StressDerivative<T> stress_derivative(const FleshSlopes<T>& d, const Vect
   const T xx = s.x * s.x, yy = s.y * s.y, zz = s.z * s.z;
   const Vector3<T> c = {s.y * s.z, s.z * s.x, s.x * s.y};
   const T a = T(2) * d.by_i, b = T(4) * d.by_ii, of_squares = T(4) * d.by_i_i;
-  // Half of how I and II change J's share, by s: u_i c_j + u_j c_i is the derivative by s_i and s_j.
+  // u_i c_j + u_j c_i is what the mixed terms, of I with J and of II with J, give to psi's derivative by s_i and s_j.
   const auto u = [&](const T& x, const T& square) { return x * (T(2) * d.by_i_j + T(4) * d.by_ii_j * square); };
   const Vector3<T> mixed = {u(s.x, xx), u(s.y, yy), u(s.z, zz)};
   const auto same = [&](const T& square, const T& m, const T& cofactor) {

@@ -7,8 +7,7 @@
 //
 // In:  body; strained, what update_state makes of it; its stress holds that of the muscles.
 //      waves, made from the body.
-// Out: force, 3 a node (parts.h). openmp's forces takes room for parts (make_parts), and leaves there what it needs no
-//      more.
+// Out: force, 3 a node (parts.h). The `parts` of openmp's forces (make_parts) is scratch.
 // Source: [ITJ07] "Production Face"; Teran, Sifakis, Irving and Fedkiw, Robust quasistatic finite elements and flesh
 //         simulation, SCA 2005.
 #pragma once

@@ -7,8 +7,8 @@
 namespace lockstep::production_face {
 namespace {
 
-// The slopes of the linear functions of corners 1, 2 and 3, and the volume. One text for both precisions, so that the
-// truth begins with what float begins with.
+// The gradients of the shape functions of corners 1, 2 and 3, and the volume. In double for both precisions: float's
+// are those of double, rounded.
 struct Shape {
   Vector3<double> gradient[3];
   double volume;
@@ -70,7 +70,7 @@ void set_corners_at_nodes(Body<float>& body) {
     for (int a = 0; a < 4; ++a) body.corner_at_node[next[body.corner.at(t, a)]++] = 4 * t + a;
 }
 
-// Numbers nodes of a box of n^3 points, x first.
+// Numbers the nodes of a box of nx ny nz points, x first.
 struct Points {
   int nx, ny, nz, first;
 

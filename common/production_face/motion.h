@@ -38,9 +38,10 @@ struct Target {
   Vectors<Real> held;      // m, displacements of body.held
 };
 
-// Between two keys all that moves follows 3 w^2 - 2 w^3, w from 0 to 1.
+// What the scene wants at `time`, s. Between two keys all that moves follows 3 w^2 - 2 w^3, w from 0 to 1.
 Key key_at(const Motion& motion, double time);
 
+// The same, with bones' placements as displacements of held nodes.
 Target<float> target_at(const Body<float>& body, const Motion& motion, double time);
 
 }  // namespace lockstep::production_face

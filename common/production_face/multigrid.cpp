@@ -1,7 +1,7 @@
 #include "common/production_face/multigrid.h"
 
-// As wherever Eigen is used here: what it inlines and how it allocates depends on this, and must not differ between
-// files.
+// All files of common/ that include Eigen define this: what Eigen inlines and how it allocates depends on it, and must
+// not differ between files.
 #define EIGEN_DONT_VECTORIZE
 #include <eigen3/Eigen/Sparse>
 
@@ -28,7 +28,7 @@ std::shared_ptr<const CoarseFactor> factor(const linear::BlockRows<Real>& a) {
   auto result = std::make_shared<CoarseFactor>();
   result->factor.compute(matrix);
   if (result->factor.info() != Eigen::Success) return nullptr;
-  // What pivots rounding cannot have made of 0, with room to spare.
+  // Definite where every pivot is greater than rounding could make of 0, with room to spare.
   const Eigen::VectorXd size = result->factor.permutationP() * Eigen::VectorXd(matrix.diagonal().cwiseAbs());
   const bool is_definite = (result->factor.vectorD().array() > 1e-6 * size.array()).all();
   return is_definite ? result : nullptr;

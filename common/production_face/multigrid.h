@@ -10,9 +10,10 @@
 // A are at most 4 where K is semi-definite, and with w = 1/2 smoothing enlarges no error: the cycle is symmetric, and
 // definite.
 //
-// A block on the diagonal that is not definite beyond rounding loses the rows that show it: smoothing leaves them as
-// they are. So do rows of rotations that coarsening.h sets to 0. A coarse matrix that is not definite has no factor,
-// and S takes its place. Where K is not definite, the cycle may not be either. Conjugate gradients then stop.
+// Of a 6x6 block that is not definite beyond rounding, S leaves out the rows whose pivots show it, and smoothing leaves
+// them as they are; likewise rows of rotations that are 0 (coarsening.h). 3x3 blocks of K are inverted as solve.h says.
+// Where the last matrix is not definite, it has no factor, and S takes its place. Where K is not definite, the cycle
+// may not be either. Conjugate gradients then stop.
 //
 // Source: Saad, Iterative Methods for Sparse Linear Systems (2nd ed., 2003), 13.4; Vanek, Mandel and Brezina (1996).
 #pragma once

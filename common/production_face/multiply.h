@@ -10,8 +10,7 @@
 //
 // In:  body; strained, what update_state makes of it; edges, made from its matrix; waves, made from the
 //      body; x, 3 a node (parts.h).
-// Out: y, 3 a node; x and y do not overlap. openmp takes room for parts besides (make_parts), and leaves there what it
-//      needs no more.
+// Out: y, 3 a node; x and y do not overlap. openmp's `parts` (make_parts) is scratch.
 // Source: [ITJ07] "Production Face"; Teran, Sifakis, Irving and Fedkiw, Robust quasistatic finite elements and flesh
 //         simulation, SCA 2005.
 #pragma once

@@ -63,7 +63,7 @@ struct Tension {
   T energy;       // J/m^3
 };
 
-// `pull` is sigma a d, Pa; `passive` is sigma, 0 where there is no muscle. With `definite`, the derivative is.
+// `pull` is sigma a d, Pa; `passive` is sigma, 0 where there is no muscle. `definite`: negative slopes count as 0.
 template <class T, class Mask>
 inline Tension<T> tension(const T& stretch, const T& pull, const T& passive, const Mask& definite) {
   const Curve<T> f = active_curve(stretch), p = passive_curve(stretch);

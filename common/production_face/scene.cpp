@@ -14,9 +14,9 @@
 namespace lockstep::production_face {
 namespace {
 
-// What a body, what is strained of it and the mesh that it is made of take.
+// Of a body, its strained state and the mesh that it is made from.
 constexpr double bytes_per_tetrahedron = 500;
-// Of sixteen fibres, of which one at least is there, with what is strained of them.
+// Of a slot of sixteen fibres, at least one of them there: muscle, fibre and pull (body.h).
 constexpr double bytes_per_slot = 16 * 4 * (1 + 5 + 5);
 
 void require_memory_for(double tetrahedra, const toml::table& table) {

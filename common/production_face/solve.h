@@ -12,9 +12,9 @@
 //          not matter; b, 0 at held nodes; when to stop.
 // Out:     x, the sum rounded to Real; it does not overlap b.
 // Returns: the iterations; the residual of the sum, by which the loop stops; and the true one of x, whose rounding
-//          leaves up to u |K| |x| besides. Both are computed in double. A solve ends before the tolerance is reached,
-//          and says so by them, where K is found not to be definite. That is not an error: exact derivatives may make
-//          K so.
+//          leaves up to u |K| |x| besides. Both are computed in double. Where K is found not to be definite, a solve
+//          ends before it reaches the tolerance. That is not an error: exact derivatives may make K so.
+// Scratch: memory of multigrid, made for the coarsening of k's body and for k (make_multigrid).
 // Source: [ITJ07] "Production Face"; Saad, Iterative Methods for Sparse Linear Systems (2nd ed., 2003), 9.2 and 10.2.
 #pragma once
 

@@ -13,14 +13,13 @@
 // K is exact, so that convergence is quadratic, unless a solve finds that it is not definite. Then the derivative is
 // made definite (update_state.h) for that step and for others until |f| has fallen to `exact_again` of what it was.
 //
-// K du = f is solved to a share of |f| that falls with |f| (Eisenstat and Walker), and stops where the frame may. Where
-// bones move, it is solved to `share_of_bones`: this step brings flesh along, and what it leaves tears flesh that has
-// far to go.
+// K du = f is solved to a share of |f| that falls with |f| (Eisenstat and Walker), but no further than half the frame's
+// tolerance. Where bones move, it is solved to `share_of_bones`: flesh goes far in this step, and a greater residual
+// would tear it.
 //
-//   newton   as above, by multigrid (solve.h). Ends where |f| <= tolerance times the first right-hand side, which
-//            counts as force_of_strain if it is more, as that of crushed flesh is; or below what the rounding of
-//            strains makes of f (force_of_rounding); or where neither energy nor forces fall any more; or after
-//            `most_steps`.
+//   newton   as above, by multigrid (solve.h). Ends where |f| <= tolerance times the first right-hand side, or times
+//            force_of_strain if that is less, as in crushed flesh; or below what the rounding of strains makes of f
+//            (force_of_rounding); or where neither energy nor forces fall any more; or after `most_steps`.
 //   facesim  what PARSEC's program does in a frame: held nodes move first; one step, definite, by 200 iterations of
 //            `plain`; a = 1.
 //
@@ -47,8 +46,8 @@
 namespace lockstep::production_face {
 
 inline constexpr int most_steps = 50;
-inline constexpr int most_in_vain = 3;        // steps in a row that lower neither energy nor |f|
-inline constexpr int most_halvings = 12;      // of a step
+inline constexpr int most_in_vain = 3;        // steps in a row: energy within rounding, |f| not halved
+inline constexpr int most_halvings = 12;      // of a step; the search gives up after one more
 inline constexpr int most_iterations = 3000;  // of a step's solve
 inline constexpr double exact_again = .1;
 inline constexpr double share_of_bones = 1e-3;
@@ -81,7 +80,7 @@ inline constexpr const char* name_of_module[] = {"update_state", "forces", "asse
 // What a frame took.
 struct Frame {
   int steps = 0, iterations = 0, halvings = 0;
-  double first = 0, last = 0;               // N: what `tolerance` is of, |f| at the end
+  double first = 0, last = 0;               // N: the force that `tolerance` is a share of; |f| at the end
   double seconds[int(Module::count)] = {};  // by module
 };
 
@@ -92,7 +91,7 @@ struct StepMemory {
   Matrix k;
   Multigrid<Real, Matrix> multigrid;
   Array<Real> force, change, bones;  // [3 n + c]: f; du; d
-  Vectors<Real> before;              // the displacement that a step begins with; `move` writes all of the other
+  Vectors<Real> before;              // the displacement that a step begins with; `move` writes all of the pose's
   Array<Real> shares, parts;         // of openmp's assemble and forces
   Frame frame;
 };
@@ -118,8 +117,8 @@ Step<float, linear::SlicedBlockRows> step_newton, step_facesim;
 
 // --- Formulas
 
-// N: what |f| is where F is off by 1 in each tetrahedron. kappa makes kappa of stress of it, and a node has the faces
-// of tetrahedra around it, about the square of a tetrahedron's length.
+// N: what |f| is where F is off by 1 in each tetrahedron. That is a stress of kappa, which acts on a node across the
+// faces around it, about the square of a tetrahedron's length.
 template <class Real>
 double force_of_strain(const Face<Real>& face) {
   const double length = std::cbrt(face.volume / face.body.tetrahedra);
@@ -132,7 +131,7 @@ double force_of_rounding(const Face<Real>& face) {
   return 6 * double(std::numeric_limits<Real>::epsilon()) * force_of_strain(face);
 }
 
-// J: what rounding may add to the energy. Of a tetrahedron at rest it is a difference of terms of 3 (m10 + m01).
+// J: what rounding may add to the energy. At rest, its density is a difference of terms of 3 (m10 + m01).
 template <class Real>
 double energy_of_rounding(const Face<Real>& face) {
   return 32 * 0x1p-24 * 3 * (double(face.flesh.m10) + face.flesh.m01) * face.volume;

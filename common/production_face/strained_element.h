@@ -33,7 +33,7 @@ LOCKSTEP_INLINE Matrix3<T> matrix_from(const Fields& from) {
 
 }  // namespace strained_detail
 
-// field(array, k) is field k of the array's elements that are meant: of one, or of sixteen.
+// field(array, k) is field k of `array`, of the one element or of the sixteen that T holds.
 template <class T, class Real, class Field>
 LOCKSTEP_INLINE StrainedElement<T> strained_element(const Body<Real>& body, const Strained<Real>& strained,
                                                     const Field& field) {

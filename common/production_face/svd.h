@@ -37,7 +37,7 @@ inline constexpr int sweeps_of_jacobi = std::is_same_v<T, double> ? 8 : 6;
 
 namespace svd_detail {
 
-// An element beside the diagonal is as good as 0 where it is less, of the sum of the two beside it on the diagonal.
+// An off-diagonal element counts as 0 up to this share of the sum of its two diagonal elements, in magnitude.
 template <class T>
 inline T negligible_to() {
   if constexpr (std::is_same_v<T, double>)

@@ -5,8 +5,8 @@
 //   P = flesh (flesh_material.h) + each muscle fibre (muscle.h)
 //   derivative of the flesh's P in the frames of U and V, and of each fibre's by itself
 //
-// With `definite`, the derivative has no negative eigenvalues: those of the flesh become 0, and so does the slope of a
-// fibre's tension. Newton's method then goes downhill everywhere, but converges only linearly.
+// With `definite`, the derivative has no negative eigenvalues: those of the flesh become 0, and so does a negative
+// slope of a fibre's tension. Newton's method then goes downhill everywhere, but converges only linearly.
 //
 // In:  body; flesh with moduli up to those of Flesh; pose, finite, with entries of F up to 39. There, the energy of
 //      a tetrahedron that is turned inside out comes near the greatest float.

@@ -2,8 +2,8 @@
 //
 // A wave is some blocks of tetrahedra, one after another, and behind them the nodes whose last tetrahedron is in them.
 // What a wave stores is read soon, while the caches hold it, and its room is used again: that of block b is the room of
-// block b + `room`. So parts take no more room than the tetrahedra between the first and the last of any node, by
-// waves. Where nodes and tetrahedra are numbered without regard to where they are, that is all of them.
+// block b + `room`. So the room is as many waves as lie from the first to the last tetrahedron of a node, at most.
+// Where nodes and tetrahedra are numbered without regard to where they are, that is all of them.
 //
 // Made once from a body, by sequential code.
 #pragma once

@@ -10,8 +10,8 @@
 // level set is that of the union, in the whole band. A cell in an obstacle keeps its phi, as obstacles get theirs from
 // the open cells (extend_level_set.h). A closed face gets its velocity, and loses it in project.
 //
-// Air that the ball closes in is gone, and so are its particles: they would open the ball again. They become particles
-// of liquid, as which none of them has escaped, since phi is negative there.
+// Particles of air in a ball become particles of liquid. As particles of air they would have escaped, and would open
+// the ball again; as particles of liquid none has, since phi is negative there.
 //
 // Sources act in their order: where two balls meet, faces have the velocity of the later.
 //
@@ -54,7 +54,7 @@ namespace openmp {
 AddSources<float> add_sources;
 }  // namespace openmp
 
-// Whole numbers [begin, end), some of 0 to n.
+// Cells begin .. end - 1 of a line.
 struct Range {
   int begin = 0, end = 0;
 };

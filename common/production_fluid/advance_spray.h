@@ -4,8 +4,8 @@
 //
 // A drop that leaves through an open top is deleted. A drop is a ball of radius r: at the sides of the box and at
 // obstacles it stops where it touches them. There it loses the velocity towards them and keeps the rest, so that it
-// slides down and no liquid is lost. So none comes to stand within an obstacle, but where the distance has no gradient,
-// or a drop goes through an obstacle in one step. A drop with phi(x) <= r, which touches the surface, becomes a
+// slides down and no liquid is lost. So none ends within an obstacle, except where the distance has no gradient, or
+// where a drop goes through an obstacle in one step. A drop with phi(x) <= r, which touches the surface, becomes a
 // particle of sign -1. Drops do not meet each other, and the air does not slow them down.
 //
 // In:      fluid: phi and solid finite, as is their padding; gravity, m/s^2; dt, s, >= 0.
@@ -13,6 +13,7 @@
 // In, out: spray: those that fly on, in their order.
 //          particles: what was there, and then those that came back, in the order of the spray. `first` stays as it
 //          was: it does not hold any more, if any drop came back.
+// Errors:  std::bad_alloc.
 // Source:  Enright, Marschner and Fedkiw, Animation and rendering of complex water surfaces, SIGGRAPH 2002; [ITJ07]
 //          "Production Fluid".
 #pragma once

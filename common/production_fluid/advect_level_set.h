@@ -1,9 +1,9 @@
 // Contract: a level set that moves with the velocity.
 //
-// phi at the centre of each cell becomes what it was at the centre's foot (trace.h), where dt has passed:
+// At the centre of each cell, phi after dt is phi before at the centre's foot (trace.h):
 //
 //   semi_lagrangian   advected(centre) = phi(foot)
-//   maccormack        the same, corrected by what it becomes when it is carried back (maccormack.h)
+//   maccormack        the same, corrected by what it gives when carried back (maccormack.h)
 //
 // At a centre, each component of the velocity is the mean of the cell's two faces. Elsewhere it is interpolated, each
 // component on its own grid. A foot outside the grid of centres takes the value of the nearest position on its

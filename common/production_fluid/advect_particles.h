@@ -10,8 +10,7 @@
 //
 // An open top is a side, too: what is above is air without particles.
 //
-// In:      fluid: the grid, and solid, a distance: it changes by no more than one moves; faces, finite, as is their
-//          padding; dt, s.
+// In:      fluid: the grid, and solid, a distance (its slope is at most 1); faces, finite, as is their padding; dt, s.
 // In, out: particles' positions. `first` holds no longer.
 // Source:  Enright, Losasso and Fedkiw, Comput. Struct. 83 (2005); [ITJ07] "Production Fluid".
 #pragma once

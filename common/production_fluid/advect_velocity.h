@@ -1,18 +1,18 @@
 // Contract: velocity that moves with itself.
 //
-// Each component at each face becomes what it was at the face's foot (trace.h), where dt has passed:
+// At each face, a component after dt is the component before at the face's foot (trace.h):
 //
 //   semi_lagrangian   advected(face) = component(foot)
-//   maccormack        the same, corrected by what it becomes when it is carried back (maccormack.h)
+//   maccormack        the same, corrected by what it gives when carried back (maccormack.h)
 //
 // All three components move by the velocity at the beginning, there and back. At a face, the velocity is the component
 // that stands there, and of each other component the mean of the four nearest faces; at a side of the box these are two
 // and count twice. Elsewhere it is interpolated, each component on its own grid. A foot outside a component's grid
 // takes the value of the nearest position on its boundary.
 //
-// Where a face and all faces beside it are zero, of either sign, so is the result, with a positive sign: the foot is
-// the face itself, and a + t (b - a) of zeros is -0 nowhere but beside padding along x; along y it is +0 again. In the
-// air, far from the liquid, faces need no trace for that.
+// Where a face and all faces beside it are zero, of either sign, the result is +0. The foot is the face itself, so
+// interpolation gives a + 0 (b - a). This is -0 only where a is, and b is a negative value of the padding along x;
+// interpolation along y then makes it +0. So such faces, far from the liquid, need no trace.
 //
 // In:      faces, finite, as is their padding; fewer than 2^31 values a component with padding; dt, s, of either sign.
 // Out:     advected, of the same shape, not the same arrays: every face; padding stays as it is.

@@ -1,7 +1,7 @@
 // Contract: gravity changes the velocity of the liquid, u += dt g, on every face.
 //
-// Closed faces and faces in the air get it, too: project sets the former to zero, extrapolate overwrites the latter
-// near the liquid, and nothing reads those beyond.
+// Closed faces and faces in the air get it, too: project sets the former to zero, and extrapolate overwrites the
+// latter.
 //
 // In:     gravity, m/s^2; dt, s; faces, finite.
 // Out:    faces. A component whose gravity is zero keeps its bits. Padding is not changed.

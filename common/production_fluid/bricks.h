@@ -1,6 +1,5 @@
-// Bricks: boxes of 16 x 4 x 4 points that fill a grid, a vector of lanes wide. What advection can tell of a brick as a
-// whole it need not find for each point: far from the surface, the level set is the same everywhere, and far out in the
-// air, the velocity is zero.
+// Bricks: boxes of 16 x 4 x 4 points, a vector of lanes wide, that fill a grid. Advection skips whole bricks: far from
+// the surface the level set is the same everywhere, and far out in the air the velocity is zero.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +19,7 @@ struct Box {
   Span x, y, z;
 };
 
-// Those of a box that a field has. None is left out but those beyond its sides.
+// The part of a box that is in a field.
 template <class Real>
 inline Box inside(const Field<Real>& field, const Box& box) {
   const auto cut = [](const Span& span, int n) { return Span{std::max(span.begin, 0), std::min(span.end, n)}; };
@@ -33,9 +32,9 @@ inline Box around(const Box& box) {
   return {wider(box.x), wider(box.y), wider(box.z)};
 }
 
-// The bricks of a grid of nx x ny x nz cells, in rows along x, and which of them are left to do. The last along an axis
-// have what is left, and the last faces. Work goes along the lines of a row, as memory does: brick by brick, advection
-// took up to 1.6 times as long.
+// The bricks of a grid of nx x ny x nz cells, in rows along x, and which of them are left to do. The last brick along
+// an axis has the cells that are left, and the last face. Work goes along the lines of a row, as memory does: brick by
+// brick, advection took up to 1.6 times as long.
 class Bricks {
  public:
   // All are left.
@@ -52,10 +51,10 @@ class Bricks {
     return {span(k, nx_, 16), whole.y, whole.z};
   }
 
-  // Leaves brick k of a row out.
+  // Marks brick k of a row as done.
   void settle(int row, int k) { is_left_[row * along_x() + k] = 0; }
 
-  // Calls f(x, y, z) for each span of points of a line that the bricks left in a row have, bricks side by side as one.
+  // Calls f(span along x, y, z) for each line of a row and each stretch of bricks that are left.
   template <class Real, class F>
   void for_each_span(const Field<Real>& field, int row, const F& f) const {
     const std::uint8_t* const is_left = &is_left_[row * along_x()];

@@ -110,7 +110,7 @@ inline Index within_line(const Index& i, int n) {
 template <class Number>
 struct ClosestPoint {
   Number distance;                            // m
-  decltype(Number(0) < Number(0)) is_smooth;  // else the distance means nothing
+  decltype(Number(0) < Number(0)) is_smooth;  // by bend, slope, the last move, and the box; else distance means nothing
 };
 
 // Of cell (x, y, z). Beyond the box, phi is what it is at its side. load(index) is an element of phi, counted from

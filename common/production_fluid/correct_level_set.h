@@ -1,7 +1,7 @@
 // Contract: escaped particles put the level set right.
 //
 // A particle has escaped if phi, interpolated, says that it stands on the other side of the surface by more than its
-// radius (particles.h). It knows better: in its ball is what its sign says. At each of the eight centres c around it,
+// radius (particles.h). Its ball is then what its sign says, liquid or air. At each of the eight centres c around it,
 //
 //   phi_p(c) = s (r - |c - x|),  s its sign, r its radius, x its position.
 //
@@ -12,6 +12,7 @@
 //
 // In:      particles, sorted: `first` holds.
 // In, out: phi, finite; its padding stays as it is.
+// Errors:  std::bad_alloc.
 // Source:  Enright, Fedkiw, Ferziger and Mitchell, J. Comput. Phys. 183 (2002); [ITJ07] "Production Fluid".
 #pragma once
 
@@ -36,7 +37,7 @@ CorrectLevelSet<float> correct_level_set;
 
 // --- Formulas
 
-// phi_p at a centre; `away` is the way to it, in cells. 0 is added so that zeros are positive: of two zeros, max and
+// phi_p at a centre; `away` is the vector to it, in cells. 0 is added so that zeros are positive: of two zeros, max and
 // min would choose by order.
 template <class Real>
 inline Real level_of_ball(Real sign, Real radius, const Vector3<Real>& away, Real spacing) {
@@ -49,7 +50,7 @@ inline Number of_less_magnitude(const Number& plus, const Number& minus) {
   return select(abs(plus) <= abs(minus), plus, minus);
 }
 
-// What an escaped particle says of a centre.
+// Takes phi_p of an escaped particle into phi+ or phi- of a centre.
 template <class Real>
 inline void correct_centre(Real sign, Real level, Real& plus, Real& minus) {
   if (sign > 0)

@@ -25,7 +25,7 @@ std::vector<Cell3> solid_cells(const Field<Real>& solid) {
   return cells;
 }
 
-// What a cell's value is made of.
+// A cell that gets a value, and the neighbours whose values make it.
 template <class Real>
 struct Made {
   std::int32_t cell, level, neighbour[3];

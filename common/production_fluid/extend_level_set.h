@@ -11,7 +11,7 @@
 // grad solid = 0, upwind. Cells depend on cells nearer to the open alone. Deeper cells, and those from which no axis
 // leads out, keep their phi. The mean is taken so that equal values give that value to the bit.
 //
-// Obstacles do not move, so order and weights are found once.
+// Obstacles do not move, so make_extension finds order and weights once, sequentially.
 //
 // In:      extension, of the fluid's obstacles.
 // In, out: phi, finite. Padding is not changed.

@@ -14,9 +14,9 @@
 //
 //   u = sum over axes of w u(n) / sum over axes of w,   w = phi_face - phi_face(n) > 0,
 //
-// where n is, of the two neighbours along the axis, faces of the same component, the known one of less phi_face, of two
-// equal ones the lower. An axis whose known neighbours are all as far as the face or farther does not count. Where no
-// axis counts, the face gets 0 and is unknown to others: no liquid is there to follow, and with its own velocity it
+// where n is the neighbour along the axis, a face of the same component, that is known and has the lesser phi_face; of
+// two equal ones the lower. An axis whose known neighbours are all as far as the face or farther does not count. Where
+// no axis counts, the face gets 0 and is unknown to others: no liquid is there to follow, and with its own velocity it
 // would fall in every substep, faster than any liquid (notes/production_fluid.md, "Velocity in the air"). Faces farther
 // than `distance` get 0.
 //
@@ -25,7 +25,8 @@
 // others are computed, a face whose nearer neighbours are done gets the same bits.
 //
 // In:     fluid: phi and solid, finite; distance, m, some cells; faces, from project, finite.
-// Out:    faces, of which fluid.velocity may be one with. Padding is not changed.
+// Out:    faces, which may be fluid.velocity itself. Padding is not changed.
+// Errors: std::bad_alloc.
 // Source: Adalsteinsson and Sethian, The fast construction of extension velocities in level set methods, J. Comput.
 //         Phys. 148 (1999); Enright, Marschner and Fedkiw, SIGGRAPH 2002.
 #pragma once
@@ -84,7 +85,7 @@ struct Neighbour {
   Number distance, velocity;
 };
 
-// What a face has got from its neighbours so far.
+// The weighted mean of a face's neighbours so far.
 template <class Number>
 struct Continued {
   Number velocity{0}, weight{0};

@@ -20,10 +20,9 @@ namespace lockstep::production_fluid {
 struct Model {
   Vector3<double> gravity = {0, -9.81, 0};  // m/s^2
   double frame = 1. / 24;                   // s, of a frame
-  double cfl = .9;                          // cells that nothing outruns in a substep
+  double cfl = .9;                          // the most cells that anything moves in a substep
   int per_block = 16;                       // particles of a block; 0: the level set alone
-  // The velocity is not simulated but is what it was at the start, times cos(pi t / period), or always so if the period
-  // is 0.
+  // The velocity is not simulated. It is that of the start times cos(pi t / period), or constant if the period is 0.
   bool given = false;
   double period = 0;  // s
   std::vector<Source> sources = {};
@@ -86,7 +85,7 @@ struct StepMemory {
   double seconds[int(Module::count)] = {};  // by module
 };
 
-// For a liquid that begins so.
+// The memory of a run that begins with this fluid.
 template <class Real>
 StepMemory<Real> make_memory(const Fluid<Real>& fluid) {
   StepMemory<Real> memory;

@@ -20,6 +20,7 @@
 //
 // In:     fluid: phi and solid, velocity; finite.
 // Out:    system, all of it.
+// Errors: std::bad_alloc.
 // Source: Gibou, Fedkiw, Cheng and Kang, A second-order-accurate symmetric discretization of the Poisson equation on
 //         irregular domains, J. Comput. Phys. 176 (2002); Enright, Nguyen, Gibou and Fedkiw, Using the particle level
 //         set method and a second order accurate pressure boundary condition for free surface flows (2003).
@@ -53,8 +54,8 @@ inline Number theta_between(const Number& phi, const Number& phi_of_air) {
   return max(phi / (phi - phi_of_air), Number(static_cast<float>(least_theta)));
 }
 
-// What the difference of q between the cells of an open face counts: 1 between two liquid cells, 1 / theta at the
-// surface, nothing between two air cells.
+// The coefficient of q(a) - q(b) at an open face: 1 between two liquid cells, 1 / theta at the surface, 0 between two
+// air cells.
 template <class Number>
 inline Number coefficient_between(const Number& phi_a, const Number& phi_b) {
   const auto liquid_a = phi_a < Number(0), liquid_b = phi_b < Number(0);

@@ -156,8 +156,8 @@ inline Number interpolated(const Number& parent, const Number& next) {
 }
 inline constexpr float interpolation_scale = 1.f / (4 * 4 * 4);
 
-// Which of n fine cells along an axis stands in for x = -1 .. n + 1: mirrored at the walls of whole coarse cells; n,
-// where arrays hold 0, beyond half a coarse cell.
+// The fine cell, of n along an axis, that R reads for x = -1 .. n + 1. At a wall the outermost cell is mirrored. Where
+// n is odd, the last coarse cell has one child only; for x = n and n + 1, place n is read, where arrays hold 0.
 inline int fine_place(int x, int n) { return x < 0 ? 0 : x < n ? x : n % 2 == 0 ? n - 1 : n; }
 
 // The next coarse cell, of n along an axis, on the side of fine cell x.

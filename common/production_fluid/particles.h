@@ -33,7 +33,7 @@ struct Particles {
   Array<std::int32_t> first;
 };
 
-// Liquid that left the surface by more than the grid can follow: it flies as points until it falls back.
+// Liquid that left the surface by more than the grid can follow: drops that fly freely until they fall back.
 template <class Real>
 struct Spray {
   int count = 0;

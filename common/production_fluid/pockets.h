@@ -24,7 +24,7 @@ template <class Real>
 Array<Real> means_of_pockets(const System<Real>& system, std::span<const RunSum> sums) {
   const auto [nx, ny, nz] = system.cells;
   const int runs = static_cast<int>(system.runs.size());
-  std::vector<std::int32_t> joined(runs);  // a run that this one is connected with, itself if it is the first known
+  std::vector<std::int32_t> joined(runs);  // union-find: a run that this one is connected with, itself at a root
   std::iota(joined.begin(), joined.end(), 0);
   const auto root = [&](std::int32_t run) {
     while (joined[run] != run) run = joined[run] = joined[joined[run]];

@@ -14,7 +14,7 @@ namespace lockstep::production_fluid {
 template <class Real>
 class PressureMemory {
  public:
-  // An array of n elements; of any values, for a solve may have left it.
+  // An array of n elements, of any values: an earlier solve may have left it.
   Array<Real> take(std::size_t n) {
     const auto left = std::ranges::find(spare_, n, [](const Array<Real>& array) { return array.size(); });
     if (left == spare_.end()) return Array<Real>(n);
@@ -24,7 +24,7 @@ class PressureMemory {
     return array;
   }
 
-  // Of n zeros.
+  // The same, filled with 0.
   Array<Real> take_zeros(std::size_t n) {
     Array<Real> array = take(n);
     std::ranges::fill(array, Real(0));

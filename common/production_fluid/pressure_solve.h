@@ -11,11 +11,11 @@
 //                         z(c) = y(c) + (sum of z over upper neighbours) / e(c), cells descending.
 //
 //         serial goes through the cells in order. openmp goes along wavefronts (openmp/production_fluid/skewed.h): each
-//         cell finds what it finds in order.
+//         cell reads the same values as in order.
 //   block_mic
-//         the same with a factor a block of whole lines, sixteen along y and sixteen along z: neighbours in another
-//         block do not count. Blocks need nothing of one another, and do not follow the number of threads; the price is
-//         more iterations.
+//         the same with one factor for each block of whole lines, sixteen along y and sixteen along z: neighbours in
+//         another block do not count. Blocks do not wait for one another, and do not depend on the number of threads;
+//         the price is more iterations.
 //   multigrid
 //         preconditioned by a V-cycle (multigrid.h). The modification does not matter. Both versions keep the cells in
 //         their order, and sum as common/linear/dot.h says, over bordered arrays.
@@ -28,7 +28,7 @@
 // which the loop refreshes its residual.
 //
 // In:     system; modification: tau and sigma; when to stop.
-// Out:    q, bordered as the system is, m/s; 0 in cells without a row. In a pocket its constant is any.
+// Out:    q, bordered as the system is, m/s; 0 in cells without a row. In a pocket it is known up to a constant.
 // Scratch: memory. What earlier solves have left there, of whatever system, changes nothing.
 // Returns the iterations and both residuals.
 // Source: [ITJ07] "Production Fluid"; Bridson, Fluid Simulation for Computer Graphics (2nd ed., 2015), 5.3. A factor a

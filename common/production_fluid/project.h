@@ -14,8 +14,8 @@
 // Differences of q are taken in double, because float would round q by more than what neighbours differ by in deep
 // liquid. A face rounds once to Real.
 //
-// In:     fluid: phi and solid; cells, and q in their order, 0 in cells without a row; velocities in faces.
-// Out:    faces, of which fluid.velocity may be one with. Padding is not changed.
+// In:     fluid: phi and solid; system: `cells` alone; q, bordered likewise, 0 in cells without a row.
+// In, out: faces, which may be fluid.velocity itself. Padding is not changed.
 // Source: Enright, Nguyen, Gibou and Fedkiw, Using the particle level set method and a second order accurate pressure
 //         boundary condition for free surface flows (2003).
 #pragma once

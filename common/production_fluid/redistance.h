@@ -20,6 +20,7 @@
 // In, out: phi, finite. Padding is not changed.
 // In:      band, m, > 0.
 // Scratch: distances; any content, which afterwards is unspecified.
+// Errors:  std::bad_alloc.
 // Source:  [ITJ07] "Production Fluid", Figures 6 to 8. PhysBAM, too, goes from the crossings to the surface along phi's
 //          slope.
 #pragma once

@@ -3,7 +3,7 @@
 // phi, solid: the level set and the distance from obstacles at a particle; s its sign, r its radius. In this order:
 //
 //   solid < 0                          inside an obstacle: deleted
-//   -s phi > 1.5 r,  s = -1            liquid that got away: becomes spray, with the grid's velocity and its radius
+//   -s phi > 1.5 r,  s = -1            liquid that got away: becomes spray, with its radius and the grid's velocity
 //   -s phi > 1.5 r,  s = +1            air that got lost in the liquid: deleted
 //   |phi| > 4 h                        too far from the surface to correct it: deleted
 //   s = +1, a bubble's centre within r deleted
@@ -13,13 +13,14 @@
 // again. In wider air there are other particles, and this one may stay.
 //
 // Bubbles so small that a lost particle stands for them are not followed, while spray is: liquid that vanished would be
-// missed, air is not. Liquid that is more than 4 h away is spray, too, since it has escaped.
+// missed, air is not. Particles of liquid more than 4 h out in the air become spray, too, since they have escaped.
 //
 // In:      fluid: phi a distance near the surface, solid and velocity finite, as is their padding; particles, sorted:
 //          `first` holds.
 // Out:     kept: the particles that stay, in their order, and where those of each block begin. It must be another
 //          object than `particles`.
 //          spray: what was there, and then the new drops in the order of the particles.
+// Errors:  std::bad_alloc.
 // Source:  Enright, Marschner and Fedkiw, Animation and rendering of complex water surfaces, SIGGRAPH 2002; [ITJ07]
 //          "Production Fluid".
 #pragma once
@@ -57,7 +58,7 @@ struct Fate {
   Mask keep, spray;
 };
 
-// All but bubbles.
+// By all rules but that of bubbles.
 template <class Number>
 inline auto fate_of(const Number& sign, const Number& radius, const Number& phi, const Number& solid,
                     const Number& spacing) {

@@ -88,7 +88,7 @@ inline auto corners_of(const Field<Real>& field, const Index& x, const Index& y,
                                         load(plane), load(plane + next), load(both), load(both + next)};
 }
 
-// load_from(values) answers corners_of's `load` of an array.
+// load_from(values) returns corners_of's `load` for an array.
 template <class Number, class Index, class Real, class LoadFrom>
 inline Block<Number> block_at(const Fluid<Real>& fluid, const Index& x, const Index& y, const Index& z,
                               const LoadFrom& load_from) {
@@ -109,7 +109,7 @@ inline Block<Number> block_at(const Fluid<Real>& fluid, const Index& x, const In
           .per_metre = Number(Real(1) / fluid.spacing)};
 }
 
-// Sets what particles of a side may keep of s phi, m, to what the corners reach of it.
+// The range of s phi, m, that particles may keep and a block's corners reach; empty where least > most.
 template <class Number>
 struct Reach {
   Number least, most;
@@ -147,14 +147,14 @@ inline Number phi_at(const Block<Number>& block, const Vector3<Number>& position
   return interpolate(block.phi, place.x, place.y, place.z);
 }
 
-// --- Who is kept
+// --- Which particles are kept
 
 template <class Number>
 inline auto is_beyond(const Number& phi, const Number& spacing) {
   return abs(phi) > Number(band_of_particles) * spacing;
 }
 
-// Those of the least rank are kept; the escaped ones before all others.
+// Particles of the least rank are kept; escaped ones rank before all others.
 template <class Number>
 inline Number rank_of(const Number& sign, const Number& phi, const Number& radius) {
   return select(has_escaped(sign, phi, radius), Number(-levelset::far<float>), sign * phi - radius);
@@ -178,7 +178,7 @@ inline auto may_stand(const Block<Number>& block, const Vector3<Number>& positio
          within(block.low.z, at.z, block.high.z) & !is_solid(interpolate(block.solid, place.x, place.y, place.z));
 }
 
-// Whether phi is what a particle keeps of its side.
+// Whether s phi is within what particles keep, .1 h to 3 h.
 template <class Number>
 inline auto is_in_band(const Number& sign, const Number& phi, const Number& spacing) {
   return (sign * phi >= Number(least_radius) * spacing) & (sign * phi <= Number(band_of_particles) * spacing);
@@ -201,8 +201,8 @@ inline Seed<Number> begin_at_random(const Block<Number>& block, const FourWords<
           .share = Number(1)};
 }
 
-// One move towards the goal. Where phi does not change, there is no direction, and comparisons with the NaN that comes
-// of it refuse the move.
+// One move towards the goal. Where phi has no slope, the position becomes NaN; comparisons with it are false, so the
+// move is not made.
 template <class Number>
 inline void move(const Block<Number>& block, Seed<Number>& seed) {
   const Vector3<Number> at = block.per_metre * seed.position, place = place_in(block, at);

@@ -151,7 +151,7 @@ Field<float> read_obstacles(const toml::table& scene, const Grid& grid, const st
 
 // --- Velocities
 
-// Of a velocity in the box's own units, x / (length of the box along x) and so on.
+// Velocities, m/s, at positions in units of the box: x / (length of the box along x) and so on.
 Vector3<double> rest(const Vector3<double>&) { return {0, 0, 0}; }
 
 // Cells of flow that have divergence everywhere, so that pressure has work to do.

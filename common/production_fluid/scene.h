@@ -13,7 +13,7 @@ struct Scene {
   Fluid<float> fluid;
   Model model;
   int frames = 0;           // to run unless told otherwise
-  double volume_bound = 1;  // how far the volume may be off what it ought to be, as a share of that
+  double volume_bound = 1;  // the largest error of the volume that is allowed, as a share of what it should be
 };
 
 // Reads a TOML scene. Throws InputError in one line, `file:line:column: what was expected`, where the file cannot be

@@ -4,6 +4,7 @@
 //
 // In:      phi, for the grid alone; particles, inside the box, in any order.
 // Out:     sorted: all of them, and where those of each block begin. It must be another object than `particles`.
+// Errors:  std::bad_alloc.
 // Source:  [ITJ07] "Production Fluid" keeps particles with their cells.
 #pragma once
 

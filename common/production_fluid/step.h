@@ -23,8 +23,7 @@
 //
 // Every twentieth frame ends with reseed, and every frame of a model with sources: what they pour in has no particles
 // yet. Where the velocity is given, it is that of the middle of the substep, and the modules that change it are left
-// out; so are spray, which would fly where the given velocity does not go, and the removal of particles, which would
-// make it.
+// out. So are spray, which would leave the given flow, and the removal of particles, which would make spray.
 //
 //   multigrid  redistances by sweeping, solves with multigrid
 //   mic        redistances by sweeping, solves with mic
@@ -32,7 +31,8 @@
 //
 // In, out: liquid, finite, its particles sorted, its velocity free of divergence and extrapolated: as `start` or a
 //          frame left it.
-// Scratch: memory, from `start`. Of it, counts and seconds of the frame come out.
+// Scratch: memory, from `start`.
+// Out:     memory: counts and seconds of the frame.
 // Errors:  std::bad_alloc.
 // Source:  [ITJ07] "Production Fluid"; the order of modules is that of PhysBAM, with which the paper's authors began.
 //          Leapfrog with steps that vary: Hairer, Lubich and Wanner, Geometric Numerical Integration, Acta Numer. 12
@@ -78,7 +78,8 @@ inline double next_substep(double longest, double left) {
   return 2 * longest >= left ? .51 * left : longest;
 }
 
-// As far as particles go, and less than the level set is known: beyond its band phi is the same everywhere.
+// Farther than particles are seeded, and nearer than the band of the level set, beyond which phi is the same
+// everywhere.
 inline constexpr float distance_of_extrapolation = 3.5f;  // cells
 
 }  // namespace lockstep::production_fluid

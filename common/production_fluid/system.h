@@ -9,9 +9,9 @@
 
 namespace lockstep::production_fluid {
 
-// Where cells stand in arrays that hold 0 wherever no cell is: one element after each line along x, one line after each
-// plane, one plane before the first and one after the last. So neighbours beyond the box are there, and are 0. There is
-// room for lanes before the first and beyond the last.
+// Where cells stand in arrays that hold 0 wherever no cell is: one element after each line along x, one line before
+// each plane, one plane before the first and one after the last. So neighbours beyond the box are there, and are 0.
+// There is room for lanes before the first place and behind the last.
 struct Bordered {
   int nx = 0, ny = 0, nz = 0;
 

@@ -4,7 +4,7 @@
 //   most = greatest over cells of max(|u_low|, |u_high|) + max(|v_low|, |v_high|) + max(|w_low|, |w_high|)
 //
 // where low and high are the two faces of the cell along an axis. sqrt(h |g|) is the speed of what falls by half a cell
-// from rest; it keeps the first step of a liquid at rest from being endless.
+// from rest; it bounds the first step of a liquid at rest.
 //
 // In:      faces, finite; |g|, m/s^2, >= 0; cfl, > 0.
 // Returns  dt, s; infinity where nothing moves or falls. A maximum is the same in any order, so all bits are.

@@ -1,4 +1,4 @@
-// Semi-Lagrangian advection of one value: where it comes from, and what stands there.
+// Semi-Lagrangian advection of one value: the point that it comes from, and the interpolated value there.
 //
 // A value moves with the liquid. What arrives at a point after dt was at the point's foot before. The foot is found by
 // the midpoint rule against the velocity u, whose error in one step is of third order in dt:
@@ -64,7 +64,7 @@ inline Corners<Real> load_corners(const Real* field, const Cell<std::int32_t>& c
   return {line[0], line[1], next[0], next[1], line[plane], line[plane + 1], next[plane], next[plane + 1]};
 }
 
-// How sample and velocity_at load the values of a cell, unless they are told another way.
+// How sample and velocity_at load the values of a cell by default.
 struct LoadCorners {
   template <class Real, class Index>
   auto operator()(const Real* field, const Cell<Index>& cell) const {

@@ -15,7 +15,7 @@ void write_vtk(const std::string& path, const Field<float>& field, float band);
 // Writes particles as points with radius (m) and sign, as a legacy VTK binary file.
 void write_vtk(const std::string& path, const Particles<float>& particles);
 
-// Writes drops as points with velocity (m/s) and radius (m) of such a file.
+// Writes drops as points with velocity (m/s) and radius (m), in such a file.
 void write_vtk(const std::string& path, const Spray<float>& spray);
 
 }  // namespace lockstep::production_fluid

@@ -5,13 +5,12 @@
 // and two tangents t and u:
 //
 //   relative velocity   v = v_b + w_b x r_b - v_a - w_a x r_a
-//   non-penetration     0 <= p_n   perpendicular to   n . v + s / h >= 0 where the surfaces are s > 0 apart, so that
-//   they
+//   non-penetration     0 <= p_n, complementary to n . v + s / h >= 0 where the surfaces are s > 0 apart, so that they
 //                       may just meet in a step h; and to n . v >= 0 where they touch
 //   friction            |p_t| <= mu p_n, |p_u| <= mu p_n, against t . v = 0 and u . v = 0: the box around Coulomb's
-//   cone
+//                       cone
 //
-// Together they are a linear complementarity problem in the impulses [LRB08 "Rigid Body Simulation", Baraff97].
+// Together they are a linear complementarity problem in the impulses ([LRB08] "Rigid Body Simulation").
 #pragma once
 
 #include <cstdint>

@@ -13,9 +13,9 @@ namespace lockstep::rigid {
 inline constexpr int most_hull_faces = 2 * most_hull_vertices - 4;
 inline constexpr int most_hull_edges = 3 * most_hull_vertices - 6;
 
-// Coordinates carry a rounding error of some epsilon / 2 of the pair's reach: the turned and moved vertices of b that
-// of seven operations, a product with a unit vector that of three more. Separations that differ by less than this slack
-// may be equal.
+// Coordinates carry rounding errors, epsilon / 2 of the pair's reach for each operation: seven in the turned and moved
+// vertices of b, three more in a product with a unit vector. Separations that differ by less than this slack may be
+// equal.
 template <class Real>
 inline constexpr Real slack_per_reach = 4 * std::numeric_limits<Real>::epsilon();
 

@@ -17,8 +17,8 @@ struct ContactPoint {
   Real separation;         // m, along the normal; negative where the colliders penetrate each other
 };
 
-// What one pair of colliders has: up to four points that share a normal. Points are in an order that the shapes give,
-// not the run. Aligned to lanes' records: in float 32 words, four records of eight.
+// What one pair of colliders has: up to four points that share a normal. The order of points follows from the
+// shapes alone. Aligned to lanes' records: in float 32 words, four records of eight.
 template <class Real>
 struct alignas(8 * sizeof(Real)) Manifold {
   Vector3<Real> normal;  // unit, from a to b

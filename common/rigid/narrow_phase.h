@@ -13,7 +13,7 @@
 //                form
 //   planes       plane against any convex: the deepest corners
 //   box_box      separating axes (15, face axes preferred to edge axes by a little), then the incident face clipped
-//                against the reference face; the edge pairs give one point
+//                against the reference face; edges give one point, unless a face beside them is nearly flush
 //   gjk, convex_axes, convex_clip
 //                all other convex pairs, one after another: the distance, the axes of faces and edges for the depth,
 //                and the faces that support the normal clipped against one another (common/rigid/gjk.h, convex_axes.h,

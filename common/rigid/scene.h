@@ -13,6 +13,7 @@ struct Scene {
   World<float> world;
   double time_step;         // s
   Vector3<double> gravity;  // m/s^2
+  // Substeps of the solver; frames of `run`, and steps before them; steps before `verify` and `bench` look at a kernel.
   int iterations, frames, rest, settle;
 };
 

@@ -1,14 +1,14 @@
 // The Fast Sweeping Method: Gauss-Seidel over the grid, in all eight directions.
 //
 // The distance comes to a point from nearer points. A sweep that goes along x, y and z as the distance grows brings it
-// there in one go, however far; of the eight sweeps, one fits every straight path away from the interface. There is no
+// there in one go, however far; every straight path away from the interface fits one of the eight sweeps. There is no
 // heap and no order to find, only loops; the price is that every point within reach of the band
 // (common/levelset/reach.h) is visited eight times a round.
 //
-// In a sweep a point waits for the three neighbours before it alone. Sixteen lines along x are worked on at once, one
+// In a sweep a point waits only for the three neighbours before it. Sixteen lines along x are worked on at once, one
 // lane each, every one a step behind the line before (skewed.h). Such tiles wait for the tile before in their plane and
 // the same tile of the plane before, so threads share the tiles on a diagonal of the (tile, plane) grid: the wavefront
-// of the sweep. Every point finds what it finds in a serial sweep, so the bits are the same.
+// of the sweep. Every point reads the same values as in a serial sweep, so the bits are the same.
 //
 // Source: [ITJ07] Figure 8; Zhao, Math. Comp. 74 (2005); Detrixhe, Gibou and Min, J. Comput. Phys. 237 (2013). The
 // contract stands in common/levelset/fast_sweeping.h.
@@ -61,7 +61,7 @@ LOCKSTEP_INLINE Cursor begin_run(const Skewed& d, int tile, int z, const Extent&
           load(here)};
 }
 
-// Sweeps sixteen points, n vectors on; says which came nearer.
+// Updates the sixteen points n vectors ahead of the cursor; returns which of them came nearer.
 template <int step>
 LOCKSTEP_INLINE maskv advance(Cursor& s, int n, floatv spacing, floatv band) {
   const std::ptrdiff_t on = std::ptrdiff_t(n) * step * lanes;
@@ -125,20 +125,22 @@ bool sweep(const Skewed& d, Real spacing, Real band, int step_z) {
   const int tiles = d.tiles(), planes = d.planes();
   bool changed = false;
   Failure failure;
+  // Each thread has a `changed` of its own; whether any is true is the same in any order.
 #pragma omp parallel reduction(| : changed)
   {
     const int thread = omp_get_thread_num(), threads = omp_get_num_threads();
     std::vector<Cursor> cursors;
     failure.guard([&] { cursors.reserve(d.most_runs()); });
+    // Behind this barrier all threads agree on whether one has failed.
 #pragma omp barrier
     const int diagonals = failure.happened() ? 0 : tiles + planes - 1;
     for (int diagonal = 0; diagonal < diagonals; ++diagonal) {
       const int begin = std::max(0, diagonal - planes + 1), end = std::min(tiles, diagonal + 1);
       const auto tile = [&](int i) { return step > 0 ? i : tiles - 1 - i; };
       const auto plane = [&](int i) { return step_z > 0 ? diagonal - i : planes - 1 - (diagonal - i); };
-      // Tiles of a diagonal wait for tiles of the diagonal before alone, which the barrier ends; none reads what
-      // another writes. In a band many are empty, so each thread takes its share of the vectors: the tiles whose middle
-      // lies in it.
+      // Tiles of a diagonal wait only for tiles of the diagonal before, which the barrier below completes; none reads
+      // what another of its diagonal writes. In a band many tiles are empty, so threads share vectors: a thread takes
+      // the tiles whose middle vector is in its share.
       long long all = 0, before = 0;
       for (int i = begin; i < end; ++i) all += d.vectors(tile(i), plane(i));
       for (int i = begin; i < end; ++i) {
@@ -161,7 +163,7 @@ bool sweep(const Skewed& d, Real spacing, Real band, int step_z) {
 int fast_sweeping_sweeps(Distances<Real>& distances, Real band, int rounds) {
   Failure failure;
   const Reach reach = make_reach(distances, band, [&](int planes, const auto& work_on) {
-  // A plane writes what is its own alone.
+  // A call writes the data of its own plane alone, and reads what earlier loops completed.
 #pragma omp parallel for schedule(static)
     for (int z = 0; z < planes; ++z) failure.guard([&] { work_on(z); });
     failure.rethrow();
@@ -169,7 +171,7 @@ int fast_sweeping_sweeps(Distances<Real>& distances, Real band, int rounds) {
   std::optional<Skewed> straight, mirrored;
 #pragma omp parallel sections
   {
-    // Each writes itself alone, and reads what no thread changes.
+    // Each section makes its own object, and reads what no thread changes.
 #pragma omp section
     failure.guard([&] { straight.emplace(distances, reach, false); });
 #pragma omp section
@@ -207,8 +209,8 @@ int fast_sweeping_blocks(Distances<Real>& distances, Real band, int rounds, int 
   {
     omp_set_num_threads(
         1);  // for the regions that this thread opens: it sweeps its blocks alone, also where regions nest
-    // A block reads interface points, which no thread changes, and writes its own points alone. Blocks differ in work,
-    // hence dynamic.
+    // A block reads interface points, which no thread changes, and writes its own points alone. Each thread has a
+    // `most` of its own. Blocks differ in work, hence dynamic.
 #pragma omp for schedule(dynamic)
     for (int b = 0; b < count; ++b)
       failure.guard([&] {

@@ -15,7 +15,7 @@ using Index = intv;
 
 void sample(const Field<Real>& field, int count, const Vectors<Real>& position, Array<Real>& value) {
   const Real per_metre = 1 / field.spacing;
-  // Every value is written by one thread, from what none writes.
+  // An iteration writes its own sixteen values; what it reads, no thread writes.
 #pragma omp parallel for schedule(static)
   for (int i = 0; i < count; i += lanes) {
     const auto x = between<Index>(load(&position.x[i]) * per_metre, field.nx);

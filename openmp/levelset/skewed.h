@@ -157,7 +157,7 @@ inline std::ptrdiff_t Skewed::find_stored() {
       mark_runs_of(tile, z - 1, 0, 0), mark_runs_of(tile, z + 1, 0, 0);
       const std::size_t first = stored_.extents.size();
       marks.close_line(stored_);
-      // A line has room from its first vector on to its last, which is read with up to fifteen more.
+      // `read` and `write` take sixteen vectors at a time, up to fifteen beyond a line's last: room for them, too.
       const bool any = stored_.extents.size() > first;
       start_.push_back(any ? vectors - stored_.extents[first].begin : vectors);
       if (any) vectors += stored_.extents.back().end - stored_.extents[first].begin + lanes;
@@ -184,7 +184,7 @@ inline void Skewed::find_fixed(const std::vector<Point>& interface) {
 // Lane l of vectors t .. t + 15 is sixteen points of its line from x = t - l on: sixteen loads, and a transpose.
 inline void Skewed::read(const Field<float>& field, float* values) {
   values_ = values;
-  // Every tile is one thread's.
+  // An iteration writes the vectors of its own tile, and the field is only read.
 #pragma omp parallel for collapse(2) schedule(dynamic, 16)
   for (int z = -1; z <= nz_; ++z)
     for (int tile = -1; tile <= tiles_; ++tile) {
@@ -202,7 +202,7 @@ inline void Skewed::read(const Field<float>& field, float* values) {
 }
 
 inline void Skewed::write(Field<float>& field) const {
-  // Every tile is one thread's, and so are the field's lines in it.
+  // An iteration reads its own tile, and writes the field's lines that are in it.
 #pragma omp parallel for collapse(2) schedule(dynamic, 16)
   for (int z = 0; z < nz_; ++z)
     for (int tile = 0; tile < tiles_; ++tile)

@@ -1,8 +1,9 @@
 // The incomplete Cholesky factor and its solve, level by level: rows of a level do not wait for one another, so threads
-// share them, and lanes take sixteen at once. Every row finds what it finds in order, so the bits are the serial ones.
+// share them, and the solve takes sixteen at once. A row reads the same values as in serial order, so the bits are the
+// serial ones.
 //
-// Levels begin with a barrier each, 382 on a grid of 128^3 points. The matrix is numbered by levels, so what a level
-// reads and writes is near what the level before wrote, and columns of a slice mostly stand side by side
+// Each level ends with a barrier; a grid of 128^3 points has 382 levels. The matrix is numbered by levels, so what a
+// level reads and writes is near what the level before wrote, and columns of a slice mostly stand side by side
 // (common/linear/sliced.h).
 //
 // The contract stands in common/linear/incomplete_cholesky.h.
@@ -18,8 +19,8 @@ Factor<Real> incomplete_cholesky(const Rows<Real>& a, const Levels& levels, Modi
   Factor<Real> factor = make_factor(a);
 #pragma omp parallel
   for (int level = 0; level < levels.count(); ++level) {
-    // A row writes its own values, and reads those of rows of levels before, which the barrier at the end of the loop
-    // has ended.
+    // A row writes its own values, and reads those of rows of earlier levels, which the barrier at the end of this loop
+    // has completed.
 #pragma omp for schedule(static)
     for (int i = levels.begin[level]; i < levels.begin[level + 1]; ++i) eliminate(a, modification, i, factor);
   }
@@ -33,8 +34,8 @@ void solve(const SlicedFactor& factor, std::span<const Real> r, std::span<Real> 
   const int levels = static_cast<int>(first_slice.size()) - 1;
 #pragma omp parallel
   {
-    // A slice writes its own rows of z, and reads those of slices of other levels, which the barrier at the end of the
-    // loop keeps apart.
+    // A slice writes its own rows of z. The other rows that it reads are of levels that the barrier at the end of each
+    // loop has completed.
     for (int level = 0; level < levels; ++level) {
 #pragma omp for schedule(static)
       for (int s = first_slice[level]; s < first_slice[level + 1]; ++s) {

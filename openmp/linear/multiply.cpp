@@ -1,7 +1,7 @@
 // Sparse matrix times vector, sixteen rows at once: a lane adds up its row in the order of the row, so the bits are the
 // serial ones.
 //
-// What a product reads of the matrix is what it costs. So values stand in the order in which lanes take them, and rows
+// The time of a product is that of reading the matrix. So values stand in the order in which lanes take them, and rows
 // of numbers store columns and values once a slot where they can (common/linear/sliced.h).
 //
 // The contract stands in common/linear/multiply.h.
@@ -49,7 +49,7 @@ void multiply(const SlicedRows& a, std::span<const float> x, std::span<float> y)
     store(&y[a.first_row[s]], times(a, s, x.data()), first_lanes(a.first_row[s + 1] - a.first_row[s]));
 }
 
-// Slices are of sixteen rows, so a block of the dot product is 64 of them, and lanes stand as there.
+// A slice is sixteen rows, so a block of the dot product is 64 slices, and the lane of a row is its lane in dot.
 double multiply_and_dot(const SlicedRows& a, std::span<const float> x, std::span<float> y) {
   return sum_of_blocks(y.size(), [&](std::size_t begin, std::size_t end) {
     doublev sum = 0.;

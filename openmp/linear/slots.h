@@ -8,7 +8,7 @@ namespace lockstep::linear::openmp {
 
 struct Entries {
   maskv active;
-  floatv value, at;  // a_ij and x_j; 0 of inactive lanes, but that a uniform value stands in all
+  floatv value, at;  // a_ij and x_j; 0 in inactive lanes, but a uniform a_ij is in all lanes
 };
 
 LOCKSTEP_INLINE Entries entries(const SlicedRows& a, const SlicedRows::Slot& slot, const float* x) {

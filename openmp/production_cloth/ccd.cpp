@@ -2,10 +2,10 @@
 //
 // Both positions of a vertex are first put side by side, so that a vertex of a pair costs one access. Then threads take
 // chunks of pairs. What the cheap tests leave of a chunk is packed, so that the dearer ones have full vectors, too. The
-// few pairs that are left after all tests are searched for their impact one by one: they part ways at once.
+// few pairs that are left after all tests are searched for their impact one by one: lanes would diverge.
 //
 // Each thread keeps what it finds; the impacts of a chunk stand together and in order. They move to their places when
-// it is known how many the chunks before have. So the result does not depend on who did what.
+// it is known how many the chunks before have. So the result does not depend on which thread did what.
 //
 // The contract stands in common/production_cloth/ccd.h, the tests in ccd_filters.h, the search in ccd_impact.h.
 #include "common/production_cloth/ccd.h"
@@ -72,7 +72,7 @@ Corners<double> to_double(const Array<Real>& vertex, const Vertices& corner) {
   return wide;
 }
 
-// Keeps those of `left` that `test` does not dismiss, in order.
+// Keeps those of `left` that `dismissed` does not dismiss, in order.
 LOCKSTEP_INLINE void keep(Left& left, const auto& dismissed) {
   int kept = 0;
   for (int k = 0; k < left.count; k += lanes) {

@@ -14,7 +14,7 @@ struct alignas(16) Quad {
   float field[4];
 };
 
-// Numbers of sixteen records.
+// The indices of sixteen records.
 struct Places {
   alignas(array_alignment) std::int32_t place[lanes];
 };

@@ -223,6 +223,7 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
       if (is_last_step_due) change = change + floatv(step) * record(p, i);
       store(v, lanes * i, load(v, lanes * i) + change, free(i));
     }
+    // Every thread has the same solution; one writes it.
 #pragma omp single nowait
     solution = mine;
   }

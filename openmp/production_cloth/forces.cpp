@@ -185,7 +185,7 @@ void forces_locks(const Elements<Real>& elements, const Vectors<Real>& position,
 
 namespace {
 
-// Elements of sixteen lanes, and which corner of each is meant.
+// An element and one of its corners in each of sixteen lanes.
 struct Corners16 {
   std::int32_t element[lanes], corner[lanes];
 };
@@ -223,7 +223,7 @@ Parts<floatv, 4> parts_of_hinges_at(const Elements<Real>& elements, const Index&
                         fold_of(x0, x1, x2, x3));
 }
 
-// The part that is meant where `mask` is active, else 0.
+// The part of each lane's corner where `mask` is active, else 0.
 template <int corners>
 LOCKSTEP_INLINE Vector3<floatv> part_of(const Parts<floatv, corners>& parts, const std::int32_t* corner, maskv mask) {
   Vector3<floatv> part = {0.f, 0.f, 0.f};
@@ -231,7 +231,8 @@ LOCKSTEP_INLINE Vector3<floatv> part_of(const Parts<floatv, corners>& parts, con
   return part;
 }
 
-// Of records first .. last - 1, with `corners` a block, those of an item; of others, element 0.
+// Finds element and corner of each lane's record, and returns which are among records first .. last - 1, of elements
+// with `corners` corners. Other lanes get element 0.
 template <int corners>
 maskv elements_of(const std::int32_t* record, int first, int last, Corners16& at) {
   const intv r = load(record);
@@ -265,7 +266,7 @@ LOCKSTEP_INLINE void add_at(Real* force, const std::int32_t* vertex, const Vecto
 }
 
 // Calls add(elements of sixteen lanes, which lanes are meant) for all elements, colour after colour; lanes beyond a
-// colour's last repeat it, for no other thread writes what they read. A team calls it.
+// colour's last repeat it, whose vertices no other thread writes. A team calls it.
 template <class Add>
 void for_each_colour(const Batches& colours, const Add& add) {
   for (int colour = 0; colour < colours.count(); ++colour) {

@@ -141,7 +141,7 @@ Block<floatv> block_at(const Array<Real>& values, std::size_t slot) {
 
 void invert_diagonal(Memory& memory) {
   Matrix& m = memory.inverse;
-  // A slice writes its own rows. Lanes without a row invert row 0, which nobody reads.
+  // A slice writes its own rows. Lanes without a row invert the block of row 0; nobody reads the result.
 #pragma omp parallel for schedule(static)
   for (int slice = 0; slice < m.slices(); ++slice)
     for (std::size_t slot = m.first_slot[slice]; slot < std::size_t(m.first_slot[slice + 1]); ++slot) {

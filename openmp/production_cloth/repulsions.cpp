@@ -101,6 +101,7 @@ void near_contacts(const Topology& topology, const ElementPairs& pairs, const El
                    const Vectors<Real>& position, Real thickness, Contacts<Real>& contacts) {
   contacts.resize(0);
   const auto records = std::make_unique_for_overwrite<Quad[]>(position.x.size());
+  // make_records shares vertices out to the team.
 #pragma omp parallel
   make_records(position, position.x, records.get());
   const auto point_triangle = [&](const ElementPair& pair) { return corners_of_point_triangle(topology, pair); };

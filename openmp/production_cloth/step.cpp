@@ -1,5 +1,5 @@
-// A step of the cloth by Newmark's method, free of collisions with itself, sixteen vertices at a time where vertices do
-// not wait for one another.
+// A step of the cloth by Newmark's method, free of collisions with itself, sixteen vertices at a time where they are
+// independent.
 //
 // The algorithm stands in serial/production_cloth/step.cpp; its modules are kernels.
 //

@@ -1,7 +1,7 @@
 // Rigid impact zones: vertices that go on meeting move on as one rigid body.
 //
 // Zones are shared out to threads as they come: their sizes differ. Each is one thread's, with sums in the order of
-// vertices, so that who takes which does not matter. Impacts are united in sequence, which is little beside finding
+// vertices, so the choice of thread does not matter. Impacts are united in sequence, which is little beside finding
 // them.
 //
 // Inelastic zones stop impacts along their normals alone: impulses are found by sweeps over all impacts of a zone, of

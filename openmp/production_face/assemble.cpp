@@ -20,7 +20,7 @@ namespace {
 
 constexpr int numbers = 9 * pairs;  // that a tetrahedron stores
 
-// Shares are prefetched so many before their turn, about two rows: the processor does not foresee their order.
+// Shares are prefetched so many before their turn, about one row: the processor does not foresee their order.
 constexpr int ahead = 72;
 
 // The entries that a transposition exchanges.

@@ -134,7 +134,7 @@ void step_newton(const Face<Real>& face, const Target<Real>& target, double tole
   clock(Module::move);
   bool definite = false;
   double exact_below = std::numeric_limits<double>::infinity();  // N
-  int in_vain = 0;                                               // steps in a row that lower neither energy nor |f|
+  int in_vain = 0;                                               // steps in a row (most_in_vain)
   evaluate(face, pose, definite, memory, clock);
   frame.last = norm(memory.force);
   const double least = force_of_rounding(face), rounding = energy_of_rounding(face);

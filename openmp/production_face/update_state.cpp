@@ -41,7 +41,7 @@ void store(Blocked<Real>& to, int block, const StressDerivative<floatv>& d) {
   for (int k = 0; k < 12; ++k) lockstep::store(to.vector(block, k), values[k]);
 }
 
-// Derivatives that must be made definite, and whose they are. Of `count` < 16, lanes move together.
+// Derivatives that must be made definite, and their tetrahedra. They wait until there are sixteen.
 class Waiting {
  public:
   explicit Waiting(Strained<Real>& strained) : strained_(strained) {}
@@ -102,7 +102,8 @@ void add_fibres(const Body<Real>& body, const Pose<Real>& pose, const Matrix3<fl
 void update_state(const Body<Real>& body, const Flesh& flesh, const Pose<Real>& pose, bool definite,
                   Strained<Real>& strained) {
   const maskv all_definite = first_lanes(definite ? lanes : 0);
-  // A block writes its own tetrahedra and fibres, and reads nodes that nobody writes. What waits is the thread's own.
+  // A block writes its own tetrahedra and fibres, and reads nodes that nobody writes. What waits is of the thread's own
+  // blocks.
 #pragma omp parallel
   {
     Waiting waiting(strained);

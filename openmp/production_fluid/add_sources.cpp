@@ -12,7 +12,7 @@
 namespace lockstep::production_fluid::openmp {
 namespace {
 
-// Elements of a line along x, m: x stands at `first` + x h.
+// Positions, m, of the elements of a line along x: element x is at `first` + x h.
 struct Points {
   Vector3<Real> first;
   Real spacing;
@@ -63,7 +63,7 @@ void wet(const Source& source, Particles<Real>& particles) {
   const auto& [px, py, pz] = particles.position;
   const Real *const x = px.data(), *const y = py.data(), *const z = pz.data();
   const int count = particles.count;
-  // A particle is one iteration's.
+  // An iteration writes the signs of its own sixteen particles.
 #pragma omp parallel for schedule(static)
   for (int i = 0; i < count; i += lanes) {
     const floatv level = level_of(ball, Vector3<floatv>{load(x + i), load(y + i), load(z + i)});

@@ -1,8 +1,8 @@
 // Drops of spray fly for one step; those that reach the liquid become particles again.
 //
 // The algorithm and its serial form stand in serial/production_fluid/advance_spray.cpp. Sixteen drops at once; threads
-// share chunks of drops. They fly to other arrays, since where a drop goes another may still be read. When all have
-// flown, everyone knows where each goes (openmp/compaction.h).
+// share chunks of drops. Drops move to other arrays first: in place, a thread could overwrite a drop that another has
+// yet to read. When all have moved, each chunk knows the places of its own (openmp/compaction.h).
 //
 // The contract stands in common/production_fluid/advance_spray.h.
 #include "common/production_fluid/advance_spray.h"
@@ -25,7 +25,7 @@ Vector3<floatv> in_cells(const Fluid<Real>& fluid, const Vector3<floatv>& positi
   return (1 / fluid.spacing) * position;
 }
 
-// Where obstacles and sides let it go.
+// Moves a drop out of obstacles and into the box, and stops it there.
 void stop(const Fluid<Real>& fluid, const floatv& radius, Drop<floatv>& drop) {
   const Field<Real>& field = fluid.solid;
   const auto [cell, along] = spot_of<Index>(field, first_centre, in_cells(fluid, drop.position));

@@ -28,7 +28,7 @@ Vector3<floatv> at_centre(const Faces<Real>& faces, int x, int y, int z) {
 bool is_slow(const Bricks& bricks, const Faces<Real>& faces, Real most) {
   const auto is_below = [=](const floatv& speed) { return abs(speed) <= most; };
   bool all_are = true;
-  // Of rows that are read alone, each says yes or no; one no is enough, whoever says it.
+  // Rows are only read. Each thread has its own answer, and a logical and of these is the same in any order.
 #pragma omp parallel for schedule(static) reduction(&& : all_are)
   for (int row = 0; row < bricks.rows(); ++row)
     for (const Field<Real>* component : {&faces.u, &faces.v, &faces.w})
@@ -36,14 +36,14 @@ bool is_slow(const Bricks& bricks, const Faces<Real>& faces, Real most) {
   return all_are;
 }
 
-// The bricks whose cells must be traced. The others keep their value: all that their feet can lie among has the
-// same. `advected` get it.
+// The bricks whose cells must be traced. In the others, all values that a foot can lie between are equal, and the cells
+// of `advected` get that value.
 Bricks bricks_to_trace(const Field<Real>& phi, const Faces<Real>& faces, Real dt,
                        std::initializer_list<Field<Real>*> advected) {
   Bricks bricks(phi.nx, phi.ny, phi.nz);
   if (!is_slow(bricks, faces, speed_of_a_cell(phi, dt / phi.spacing))) return bricks;
 
-  // A row writes its own cells, and says of its own bricks whether they are left.
+  // A row writes its own cells, and the marks of its own bricks.
 #pragma omp parallel for schedule(static)
   for (int row = 0; row < bricks.rows(); ++row)
     for (int k = 0; k < bricks.along_x(); ++k) {
@@ -56,12 +56,12 @@ Bricks bricks_to_trace(const Field<Real>& phi, const Faces<Real>& faces, Real dt
   return bricks;
 }
 
-// Calls f(x, y, z, inside, foot) for sixteen centres at a time, of which those of a brick that is left are inside.
+// Calls f(x, y, z, inside, foot) for sixteen centres at a time; `inside` marks those in bricks that are left.
 template <class F>
 void for_each_foot(const Bricks& bricks, const Field<Real>& phi, const Faces<Real>& faces, Real dt, const F& f) {
   const Real cells = dt / phi.spacing;
   const Vector3<float> first = first_centre;
-  // A row writes its own cells, in fields that none reads. Rows have up to as much to do as they have bricks.
+  // A row writes its own cells, in fields that none reads. Rows differ in how many bricks are left, hence dynamic.
 #pragma omp parallel for schedule(dynamic)
   for (int row = 0; row < bricks.rows(); ++row)
     bricks.for_each_span(phi, row, [&](const Span& along_x, int y, int z) {

@@ -45,12 +45,12 @@ constexpr auto at_w = [](const Faces<Real>& faces, int x, int y, int z) -> Vecto
           load(&w(x, y, z))};
 };
 
-// The bricks whose faces must be traced. The others stand still, and so do the faces beside them. They get
-// zero, in `advected`.
+// The bricks whose faces must be traced. In the others and beside them all velocities are 0, and the faces of
+// `advected` get 0.
 Bricks bricks_to_trace(const Faces<Real>& faces, std::initializer_list<Faces<Real>*> advected) {
   Bricks bricks(faces.v.nx, faces.u.ny, faces.u.nz);
   const auto is_zero = [](const floatv& speed) { return speed == 0; };
-  // A row writes its own faces, and says of its own bricks whether they are left.
+  // A row writes its own faces, and the marks of its own bricks.
 #pragma omp parallel for schedule(static)
   for (int row = 0; row < bricks.rows(); ++row)
     for (int k = 0; k < bricks.along_x(); ++k) {
@@ -64,8 +64,8 @@ Bricks bricks_to_trace(const Faces<Real>& faces, std::initializer_list<Faces<Rea
   return bricks;
 }
 
-// Calls f(component, first, x, y, z, inside, foot) for sixteen faces of a component at a time, of which those in a
-// brick that is left in a row are inside.
+// Calls f(component, first, x, y, z, inside, foot) for sixteen faces of a component at a time; `inside` marks those in
+// bricks that are left in a row.
 template <class VelocityAt, class F>
 void for_each_foot_of_row(const Bricks& bricks, int row, const Faces<Real>& faces, Real cells,
                           const VelocityAt& velocity_at_face, Component component, const Vector3<float>& first,
@@ -84,7 +84,7 @@ void for_each_foot_of_row(const Bricks& bricks, int row, const Faces<Real>& face
 template <class F>
 void for_each_foot(const Bricks& bricks, const Faces<Real>& faces, Real dt, const F& f) {
   const Real cells = dt / faces.u.spacing;
-  // A row writes its own faces, in fields that none reads. Rows have up to as much to do as they have bricks.
+  // A row writes its own faces, in fields that none reads. Rows differ in how many bricks are left, hence dynamic.
 #pragma omp parallel for schedule(dynamic)
   for (int row = 0; row < bricks.rows(); ++row) {
     for_each_foot_of_row(bricks, row, faces, cells, at_u, &Faces<Real>::u, first_u, f);

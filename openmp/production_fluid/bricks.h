@@ -15,7 +15,8 @@ inline int first_of_full(int begin, int n) { return std::max(0, std::min(begin, 
 // Which points of a line are in a span.
 LOCKSTEP_INLINE maskv is_in(const Span& span, const intv& x) { return (x >= span.begin) & (x < span.end); }
 
-// Whether it holds for all of a field's values in a box. Some beside it may be asked, too; false is always safe.
+// Whether `holds` is true of all of a field's values in a box. Values beside the box may be tested, too: a false answer
+// only costs a trace.
 template <class Predicate>
 LOCKSTEP_INLINE bool all_in(const Field<float>& field, const Box& box, const Predicate& holds) {
   const auto [along_x, along_y, along_z] = inside(field, box);

@@ -1,10 +1,10 @@
 // The corners of the cells in which sixteen feet lie.
 //
-// Where the velocity changes little along sixteen points, all their feet are as many cells away, and what they need
-// stands side by side. So the lanes whose cells are as far away as that of the first lane are served together, by
-// loads; then those that are as far away as the first lane that is left, and so on. No flow needs more than sixteen
-// rounds; a smooth one that moves less than a cell needs a few. With gathers, advection of velocity took 1.5 times as
-// long on an EPYC.
+// Where the velocity changes little along sixteen points, all their feet are as many cells away, and their corners
+// stand side by side. So the lanes whose cells are as far away as that of the first lane are served together, by loads;
+// then those that are as far away as the first lane that is left, and so on. No flow needs more than sixteen rounds; a
+// smooth one that moves less than a cell needs a few. With gathers, advection of velocity took 1.5 times as long on an
+// EPYC.
 #pragma once
 
 #include <bit>
@@ -34,8 +34,8 @@ LOCKSTEP_INLINE Corners<floatv> load_corners(const float* field, const Cell<intv
   alignas(64) std::int32_t to_line[lanes], to_plane[lanes], away[lanes];
   const intv cells_away = cell.first - lane_index();
   store(away, cells_away), store(to_line, cell.to_line), store(to_plane, cell.to_plane);
-  // Between two lines is more padding than there are lanes, so equal distances mean the same line, and what is loaded
-  // for lanes that go elsewhere is there.
+  // Between two lines is more padding than there are lanes, so equal distances mean the same line, and loads for the
+  // lanes of other rounds stay within the array.
   const auto corners_of = [&](int lane) { return CornersOfLane(field + away[lane], to_line[lane], to_plane[lane]); };
   Corners<floatv> corners;
   const CornersOfLane of_first = corners_of(0);

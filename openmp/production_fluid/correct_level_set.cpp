@@ -48,8 +48,8 @@ struct Escaped {
   Real* sign() const { return column(4); }
 };
 
-// Escaped particles i .. end - 1, at most sixteen: what they say of the two centres beside each, in a line of cells, is
-// found at once.
+// Takes phi_p of escaped particles i .. end - 1, at most sixteen, into phi+ and phi- of the two centres beside each, in
+// a line of cells. Lanes find phi_p.
 void apply(const Escaped& escaped, int i, int end, const Field<Real>& phi, int y, int z, Real* plus, Real* minus) {
   const floatv sign = load(escaped.sign() + i), radius = load(escaped.radius() + i);
   const Vector3<floatv> at =
@@ -99,11 +99,12 @@ void correct_level_set(const Particles<Real>& particles, Field<Real>& phi) {
   {
     Array<Real> minus;
     failure.guard([&] { minus.resize(phi.nx); });
-    // A line's beginning is known by now.
+    // An iteration writes one element of `first`, from counts that are complete; the next loop does not read it, hence
+    // nowait.
 #pragma omp for schedule(static) nowait
     for (int line = 0; line <= lines; ++line)
       escaped.first[line] = chosen.before_any(particles.first[std::size_t(line) * phi.nx]);
-      // A chunk's escaped ones go to places of their own.
+      // A chunk moves its own escaped particles, to places of their own.
 #pragma omp for schedule(static)
     for (int chunk = 0; chunk < chosen.chunks(); ++chunk)
       chosen.for_each_sixteen(chunk, [&](int i) {

@@ -19,7 +19,7 @@ void extend_level_set(const Extension<Real>& extension, Field<Real>& phi) {
 #pragma omp parallel
   for (int level = 0; level < levels; ++level) {
     const int end = first[level + 1];
-    // A cell is one iteration's, and reads cells of earlier levels, which the loop's end has completed.
+    // A cell is one iteration's, and reads cells of earlier levels, which the barrier at the loop's end has completed.
 #pragma omp for schedule(static)
     for (int k = first[level]; k < end; k += lanes) {
       const maskv there = first_lanes(end - k);

@@ -2,10 +2,10 @@
 //
 // The algorithm and its serial form stand in serial/production_fluid/extrapolate.cpp. Nothing is sorted: a face needs
 // its nearer neighbours to be done, and no other order. Each face near the liquid counts how many of them it waits for.
-// Who completes a face takes one off the count of each farther neighbour, and where that was the last, works on that
-// neighbour next. So threads meet at no barrier while they visit faces, however long the chain from face to face: on a
-// surface that slopes a little, it is as long as the box, and levels of faces with a barrier behind each would be as
-// many. A face gets the same bits whoever computes it, and whenever (the contract says why).
+// The thread that completes a face takes one off the count of each farther neighbour, and where that was the last,
+// works on that neighbour next. So threads meet at no barrier while they visit faces, however long the chain from face
+// to face: on a surface that slopes a little, it is as long as the box, and levels of faces with a barrier behind each
+// would be as many. A face gets the same bits from any thread, at any time (the contract says why).
 //
 // A thread has a stack of faces that wait for nothing, and takes sixteen at a time.
 //
@@ -29,8 +29,9 @@ namespace {
 using namespace lockstep::openmp;
 using levelset::far;
 
-// What a face near the liquid knows of itself: a bit for each neighbour that is nearer; one for each that is farther,
-// but near enough to be waiting; whether it is known from the start; how many nearer ones it waits for.
+// The links of a face near the liquid, as bits: one for each nearer neighbour; one for each that is farther, but near
+// enough to be waiting; whether the face is known from the start; and the number of nearer neighbours that it waits
+// for.
 constexpr int nearer_bit = 0, farther_bit = 6, known_bit = 12, waits_bit = 13;
 
 // Of a component, each in the order of its field. A face whose distance is between 0 and the one asked for is in the
@@ -41,7 +42,7 @@ struct Band {
   std::vector<std::vector<std::int32_t>> free;  // [z]: faces that wait for nothing
 };
 
-// The distances of a line of faces; those too far away get 0.
+// Finds the distances of a line of faces, and sets the velocity of those too far away to 0.
 void find_known(const Beside<Real>& line, int count, Real distance, Real* of_faces, Real* velocity) {
   const auto& [a, b] = line;
   of_faces[-1] = far<Real>;
@@ -57,7 +58,7 @@ void find_known(const Beside<Real>& line, int count, Real distance, Real* of_fac
   }
 }
 
-// The links of a line of faces; calls free(x) for those that wait for nothing. `nothing`: a line of faces that are far.
+// Makes the links of a line of faces; calls free(x) for those that wait for nothing. `nothing` is a line of `far`.
 template <class Free>
 void link(const Beside<Real>& line, const Field<Real>& velocity, int y, int z, Real distance, const Real* nothing,
           const Band& band, const Free& free) {
@@ -115,11 +116,11 @@ void complete(const Band& band, const std::int32_t (&step)[6], const std::int32_
     band.distance[face[std::countr_zero(rest)]] = far<Real>;
 }
 
-// Takes one off how many faces a face waits for; whether that was the last. What this thread wrote, it releases; what
-// all who took one off wrote, the last of them acquires.
+// Takes one off the number of faces that a face waits for; returns whether that was the last. Each thread releases what
+// it wrote, and the thread that takes the last acquires what all of them wrote.
 bool take_one_off(std::int32_t& links) {
   const std::atomic_ref waits(links);
-  // Who finds that one is left is the one: nobody else will touch it, and it may stay.
+  // A thread that finds a count of 1 is the last: no other will touch the count, and it need not be written.
   return waits.load(std::memory_order_acquire) >> waits_bit == 1 ||
          waits.fetch_sub(1 << waits_bit, std::memory_order_acq_rel) >> waits_bit == 1;
 }
@@ -165,8 +166,8 @@ void continue_component(const Fluid<Real>& fluid, const Lines<Real>& lines, int 
           link(beside(fluid, lines, axis, y, z), velocity, y, z, distance, nothing.data(), band,
                [&](int x) { band.free[z].push_back(static_cast<std::int32_t>(velocity.index(x, y, z))); });
       });
-      // A face is worked on by the one thread that found it waiting for nothing, after all that it reads. Planes differ
-      // in work, hence dynamic.
+      // A face is worked on by one thread, after all faces that it reads: by the one with its plane's list or, by an
+      // atomic count, by the one that completed the last of those. Planes differ in work, hence dynamic.
 #pragma omp for schedule(dynamic)
     for (int z = 0; z < planes; ++z)
       if (!failure.happened()) failure.guard([&] { visit(band, step, band.free[z], velocity); });

@@ -14,8 +14,8 @@
 
 namespace lockstep::production_fluid {
 
-// Of several fields, whose values begin at `origin`, each with cells of its own. How many lines there are is hard to
-// predict for the processor; it pays for that once if the fields share a loop.
+// Loads corners in several fields, whose values begin at `origin`, each with cells of its own. The processor can hardly
+// predict how many rounds there are; it mispredicts once for all fields if they share a loop.
 template <int count>
 LOCKSTEP_INLINE void load_line_corners(const float* const (&origin)[count], const Cell<intv> (&cells)[count],
                                        Corners<floatv> (&corners)[count]) {

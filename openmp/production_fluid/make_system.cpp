@@ -1,8 +1,8 @@
 // Makes the system of the pressure.
 //
 // The algorithm and its serial form stand in serial/production_fluid/make_system.cpp. Sixteen cells along x at once;
-// threads share the lines. Only the runs of a line are counted before they are written, and pockets are found by one
-// thread: it works on runs, of which there are about as many as lines.
+// threads share the lines. The runs of lines are counted before they are written. One thread finds the pockets: it
+// works on runs, of which there are about as many as lines.
 //
 // The contract stands in common/production_fluid/make_system.h.
 #include "common/production_fluid/make_system.h"
@@ -33,6 +33,7 @@ void make_line(const Fluid<Real>& fluid, const Lines<Real>& lines, int y, int z,
   const auto& [u, v, w] = fluid.velocity;
   const Line<Real> here = lines(y, z), low_y = lines(y - 1, z), high_y = lines(y + 1, z), low_z = lines(y, z - 1),
                    high_z = lines(y, z + 1);
+  // An iteration writes its own element of `air`.
 #pragma omp simd
   for (int x = 0; x < fluid.nx; ++x) air[x] = is_air(here.phi[x], here.solid[x]);
   for (int x = 0; x < fluid.nx; x += lanes) {

@@ -110,7 +110,7 @@ void smooth_band(Level& level, std::span<const Real> right, int first_colour) {
   const std::ptrdiff_t count = std::ssize(level.band);
 #pragma omp parallel if (is_shared(level))
   for (int half = 0; half < 2 * level.passes; ++half) {
-    // Cells of a colour read the other colour alone. The barrier at the end makes them visible to it.
+    // Cells of a colour read only the other colour, which the barrier at this loop's end has completed.
 #pragma omp for schedule(static)
     for (std::ptrdiff_t k = 0; k < count; ++k) {
       const Patch& patch = level.band[k];
@@ -172,6 +172,7 @@ void restrict_residual(const Level& fine, std::span<const Real> residual, Level&
     const std::size_t i = coarse.cells.index(0, line.y, line.z);
     const Real* const diagonal = &(*coarse.diagonal)[i];
     Real* const right = &coarse.right[i];
+    // An iteration writes its own element of `right`.
 #pragma omp simd
     for (int x = line.begin; x < line.end; ++x) {
       const Real* const at = of_line + 2 * x;
@@ -212,7 +213,7 @@ void add_correction(const Level& coarse, Level& fine) {
   });
 }
 
-// z = M^-1 r on a level. Until z is known, it holds the residual.
+// z = M^-1 r on a level. Until the end, z holds the residual.
 void cycle(std::vector<Level>& levels, std::size_t of, std::span<const Real> r, std::span<Real> z) {
   Level& level = levels[of];
   first_guess(level, r);
@@ -239,7 +240,7 @@ double multiply(const Level& finest, std::span<const Real> x, std::span<Real> y)
   });
 }
 
-// Adds x to the pressure, sets it to 0, and computes the residual of the pressure.
+// Adds x to the pressure, sets x to 0, and computes the residual of the pressure.
 double refresh(const System<Real>& system, const Level& finest, Array<double>& q, std::span<Real> x,
                std::span<Real> r) {
   for_each_place(finest, [&](std::size_t i) {

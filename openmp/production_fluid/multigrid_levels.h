@@ -1,8 +1,8 @@
 // The grids of multigrid's cycle, and lists of what has rows, so that every pass goes straight through memory and skips
 // what is empty.
 //
-// Arrays are bordered, and rows of lanes begin at multiples of sixteen places, wherever in a line that is: a smoother
-// does the same at every place, and finds 0 where there is no row. Only transfers go line by line.
+// Arrays are bordered, and vectors begin at multiples of sixteen places, wherever in a line that is: a smoother does
+// the same at every place, and finds 0 where there is no row. Only transfers go line by line.
 //
 // The serial form (serial/production_fluid/multigrid_levels.h) goes through all places of a grid.
 #pragma once
@@ -19,8 +19,7 @@
 
 namespace lockstep::production_fluid::openmp {
 
-// Places of vectors, begin to end - lanes, of a block whose sum a dot product takes: from the first vector that has a
-// row to the last.
+// Places begin .. end - 1 of one block of a dot product: from its first vector of sixteen that has a row to its last.
 struct Part {
   std::ptrdiff_t begin, end;
 };
@@ -71,8 +70,8 @@ void for_each_line(const Bordered& cells, const F& f) {
     for (int y = 0; y < cells.ny; ++y) f(y, z);
 }
 
-// In the loops below, bounds and strides are copied: a byte that is written might be part of what a reference names,
-// and the loop would stay scalar.
+// In the loops below, an iteration of an `omp simd` loop writes its own element, and reads other arrays. Bounds and
+// strides are copied: a byte that is written may alias anything, and the loop would stay scalar.
 inline Kinds finest_kinds(const System<float>& system) {
   Kinds kinds = make_kinds(system.cells, system.open_top);
   for_each_line(kinds.cells, [&](int y, int z) {
@@ -216,7 +215,7 @@ inline void make_level(const Kinds& kinds, const Array<float>& diagonal, Pressur
   level.parts = find_parts(diagonal);
   level.lines = find_lines(kinds.cells, diagonal);
   level.band = find_patches(level.parts, find_band(kinds));
-  level.inverse = memory.take(diagonal.size());  // read where there are parts alone
+  level.inverse = memory.take(diagonal.size());  // read only within parts
   level.guess = take_zeros(memory, diagonal.size());
   level.has_row.assign(diagonal.size() / lanes + 1, 0);
   // A part writes its own places.

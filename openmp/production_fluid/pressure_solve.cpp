@@ -294,7 +294,7 @@ Array<Real> skew(const Skewed& skewed, const Array<Real>& of_cells, PressureMemo
   return to;
 }
 
-// Adds x to the pressure, sets it to 0, and computes the residual of the pressure.
+// Adds x to the pressure, sets x to 0, and computes the residual of the pressure.
 double refresh(const System<Real>& system, const Skewed& skewed, Array<double>& q, std::span<Real> x,
                std::span<Real> r) {
   for_each_tile(skewed, [&](const Stretch& tile) {

@@ -1,8 +1,8 @@
 // Takes particles away that no longer help the level set; liquid that got away from it becomes spray.
 //
 // The algorithm and its serial form stand in serial/production_fluid/remove_particles.cpp. Sixteen particles at once;
-// threads share chunks of particles, not blocks, most of which are empty. The fates of all are found first; then
-// everyone knows where what it keeps goes (openmp/compaction.h).
+// threads share chunks of particles, not blocks, most of which are empty. The fates of all are found first; then each
+// chunk knows the places of the particles that it keeps (openmp/compaction.h).
 //
 // The contract stands in common/production_fluid/remove_particles.h.
 #include "common/production_fluid/remove_particles.h"
@@ -104,7 +104,7 @@ void remove_particles(const Fluid<Real>& fluid, const Particles<Real>& particles
   Vectors<Real>& q = kept.position;
 #pragma omp parallel
   {
-    // A chunk's particles go to places of their own.
+    // A chunk's particles go to places of their own. The next loop does not read them, hence nowait.
 #pragma omp for schedule(static) nowait
     for (int chunk = 0; chunk < keep.chunks(); ++chunk)
       keep.for_each_sixteen(chunk, [&](int i) {
@@ -117,7 +117,7 @@ void remove_particles(const Fluid<Real>& fluid, const Particles<Real>& particles
         for (std::uint32_t rest = fly.which(i); rest != 0; rest &= rest - 1)
           move(fluid, particles, i + std::countr_zero(rest), spray, k++);
       });
-      // Sixteen blocks write where their own particles begin, by the places that are known by now.
+      // An iteration writes where the particles of sixteen blocks begin, from counts that are complete.
 #pragma omp for schedule(static)
     for (int block = 0; block < firsts; block += lanes) move_first(keep, particles.first, block, kept.first);
   }

@@ -1,12 +1,12 @@
 // Evens out how many particles the blocks beside the surface hold.
 //
 // The algorithm and its serial form stand in serial/production_fluid/reseed.cpp. A block's particles and seeds are its
-// own, so the only question is where they go. It is answered in three passes: who stays in each block, and how many
-// come; the new ones, in an array of their own; then all go to their places. Between the passes one thread adds up the
-// numbers of the units.
+// own, so the only question is where they go. It is answered in three passes: which particles stay in each block, and
+// how many are new; the new ones, in an array of their own; then all go to their places. Between the passes one thread
+// adds up the numbers of the units.
 //
-// Lanes: sixteen blocks of a line (which have room), sixteen particles of a block (who stays), sixteen new particles of
-// any blocks. Those that are there wait until all sixteen are, or are given up.
+// Lanes: sixteen blocks of a line (which have room), sixteen particles of a block (which stay), sixteen new particles
+// of any blocks. Lanes that are done wait until the other new particles are in the band, or are given up.
 //
 // Threads: a unit is some lines of blocks. Units hold about as many particles and blocks as one another. New particles
 // are shared as such, since they gather in few blocks.
@@ -101,7 +101,7 @@ Block<floatv> wide(const Block<Real>& block) {
   return all;
 }
 
-// Puts those of a block's particles that stay into plan.from, in order, and answers how many they are.
+// Puts those of a block's particles that stay into plan.from, in order, and returns how many they are.
 int keep(const Block<Real>& of_block, const Particles<Real>& particles, int begin, int end, int per_block, Plan& plan) {
   const Block<floatv> block = wide(of_block);
   Index* const kept = &plan.from[begin];
@@ -130,7 +130,7 @@ int keep(const Block<Real>& of_block, const Particles<Real>& particles, int begi
   return count_kept;
 }
 
-// Who stays in each block of a unit, and how many come.
+// Finds which particles stay in each block of a unit, and how many are new.
 void plan_unit(const Fluid<Real>& fluid, const ReseedSettings& settings, const Particles<Real>& particles, Unit& unit,
                Plan& plan) {
   const auto load_from = [](const Real* values) { return [values](Index at) { return values[at]; }; };
@@ -168,7 +168,7 @@ void list_seeds(const Fluid<Real>& fluid, const Unit& unit, Plan& plan) {
     }
 }
 
-// Which of the attempts that count led anywhere.
+// Which of the attempts that count brought their seed into the band.
 maskv attempt(const Block<floatv>& block, const FourWords<intv>& random, const maskv& counts, Seed<floatv>& seed) {
   seed = begin_at_random(block, random);
   const maskv stands = counts & may_stand(block, seed.position);
@@ -184,7 +184,7 @@ maskv attempt(const Block<floatv>& block, const FourWords<intv>& random, const m
   return stands & !under_way;
 }
 
-// Up to sixteen of the new particles.
+// Places up to sixteen of the new particles, or gives them up.
 void seed_lanes(const Fluid<Real>& fluid, const RandomKey& key, Index at, int count, Plan& plan) {
   const auto load_from = [](const Real* values) { return [values](const intv& at) { return gather(values, at); }; };
   const maskv there = first_lanes(count);
@@ -208,7 +208,7 @@ void seed_lanes(const Fluid<Real>& fluid, const RandomKey& key, Index at, int co
   store(&plan.sign[at], found.sign, there);
 }
 
-// A unit's particles, block by block: those that stay, then those that came.
+// Writes a unit's particles, block by block: those that stay, then the new ones.
 void write(const Fluid<Real>& fluid, const Particles<Real>& particles, const Unit& unit, const Plan& plan,
            Particles<Real>& reseeded) {
   Index to = unit.first, seed = unit.first_seed;
@@ -255,10 +255,11 @@ void reseed(const Fluid<Real>& fluid, const ReseedSettings& settings, const Part
     // A unit lists its own seeds.
 #pragma omp for schedule(dynamic)
     for (int u = 0; u < units; ++u) list_seeds(fluid, plan.units[u], plan);
-      // Sixteen seeds write where they are. How often they are tried depends on what is around them, hence dynamic.
+      // An iteration writes its own sixteen seeds, all of which are listed by now. How often they are tried depends on
+      // what is around them, hence dynamic.
 #pragma omp for schedule(dynamic, 8)
     for (Index at = 0; at < seeds; at += lanes) seed_lanes(fluid, key, at, std::min(seeds - at, Index(lanes)), plan);
-      // A unit counts its own, which are all there now.
+      // A unit counts its own seeds; the barrier before has completed them.
 #pragma omp for schedule(dynamic)
     for (int u = 0; u < units; ++u) {
       Unit& unit = plan.units[u];

@@ -1,6 +1,6 @@
-// The corners of the cells in which sixteen particles lie, wherever these are: two neighbours along x by one access of
-// eight bytes a lane. Particles move a little between two sorts, and the three components have cells of their own, so
-// lanes share cells less often than at the centres (line_corners.h).
+// The corners of the cells in which sixteen positions lie, wherever these are: two neighbours along x by one access of
+// eight bytes a lane. For drops of spray, which lie anywhere, and for the few particles near obstacles; line_corners.h
+// is for particles of which many are near one another.
 #pragma once
 
 #include "common/production_fluid/trace.h"

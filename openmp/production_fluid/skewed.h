@@ -8,8 +8,8 @@
 // outer neighbours of its first and last lane are in the tiles beside.
 //
 // Lanes without a row of the system hold 0, lanes beyond the box among them. A tile more on either side, and a plane
-// more, are all 0. Where a tile has no outer neighbour, its first or last lane loads from vectors of its own that are
-// done; such a lane has no row, and what it finds is finite.
+// more, are all 0. Where the tile beside has no vector for an outer neighbour, the load finds vectors of the tile
+// itself that are done; the lane that takes it has no row, and the value is finite.
 //
 // No serial twin: serial vectors are in the order of the cells.
 #pragma once
@@ -37,8 +37,8 @@ class Skewed {
   // The tiles that have rows, and their vectors from the first to the last with a row; by z, then by tile.
   const std::vector<Stretch>& tiles() const { return tiles_; }
 
-  // The same in parts, stage by stage: a part waits for parts of stages before its own alone, in a solve along x, y and
-  // z; backwards, for those after.
+  // The same in parts, stage by stage. In a solve along x, y and z, a part waits only for parts of earlier stages; in
+  // one backwards, only for parts of later stages.
   const std::vector<std::vector<Stretch>>& stages() const { return stages_; }
 
   // The same by blocks, each of one tile along y and `side_of_a_block` planes, in ascending order of z.

@@ -88,6 +88,7 @@ void order_by_points(const Batches& batches, std::span<const Manifold<Real>> man
     Plan::Piece& piece = plan.pieces[k];
     for (int i = piece.begin; i < piece.end; ++i) ++piece.next[most_points - manifolds[from[i]].count];
   }
+  // One thread adds up, and the others wait at the barrier that ends `single`.
 #pragma omp single
   add_up(plan);
   // No two pieces have a place or a vector in common.

@@ -3,7 +3,7 @@
 // there.
 //
 // Sixteen pairs at a time, a pair a lane. All edges and faces of a simplex put forward their nearest points in any
-// case, so that lanes do not part ways; corners that a lane does not have repeat others, which never win. The vertices
+// case, so that lanes do not diverge; corners that a lane does not have repeat others, which never win. The vertices
 // of sixteen hulls are brought side by side once: then the support mapping is a loop over whole vectors, with one
 // compare and one select a vertex.
 //

@@ -24,7 +24,7 @@ constexpr int corners_of_kind(Kind kind) {
   return kind == Kind::sphere ? 1 : kind == Kind::capsule ? 2 : kind == Kind::box ? 8 : 0;
 }
 
-// As load_poses does; sixteen pairs often have one plane.
+// As load_pose does; sixteen pairs often have one plane.
 LOCKSTEP_INLINE Pose<floatv> load_planes(std::span<const Pose<Real>> pose, const Indices& indices) {
   const int first = indices.index[0];
   if (!all(load(indices.index) == first)) return load_pose(pose, indices);

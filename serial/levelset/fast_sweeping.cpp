@@ -1,7 +1,7 @@
 // The Fast Sweeping Method: Gauss-Seidel over the grid, in all eight directions.
 //
 // The distance comes to a point from nearer points. A sweep that goes along x, y and z as the distance grows brings it
-// there in one go, however far; of the eight sweeps, one fits every straight path away from the interface. There is no
+// there in one go, however far; every straight path away from the interface fits one of the eight sweeps. There is no
 // heap and no order to find, only loops; the price is that every point within reach of the band
 // (common/levelset/reach.h) is visited eight times a round.
 //

@@ -1,9 +1,9 @@
 // The damping of a cloth, implicit, by conjugate gradients: one product with D an iteration.
 //
 // Damping resists the change of each element's shape, along the directions that `forces` has left. A product goes
-// through the elements and adds to their corners what they resist with. Mass is most of the system at the time steps
-// that explicit elastic forces allow, and has no other part on its diagonal that is as easy to find: so it is the
-// preconditioner.
+// through the elements and adds to their corners what they resist with. At the time steps that explicit elastic forces
+// allow, mass is most of the system. It is also the only part of the diagonal that is known without going through the
+// elements: so it is the preconditioner.
 //
 // Held vertices are filtered: their rows and columns are left out, and their velocities act by the right-hand side.
 //

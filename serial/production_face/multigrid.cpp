@@ -3,7 +3,7 @@
 // Jacobi's method removes errors that change from node to node. It passes a push on by one node an iteration, so smooth
 // errors take as many iterations as there are nodes across the face. Smooth errors are nearly rigid motions of
 // neighbouring nodes. So they are solved for as rigid motions of aggregates of nodes. Their matrix is P^T K P, with a
-// fiftieth of the rows. It is solved in the same way, by larger aggregates.
+// twentieth of the rows. It is solved in the same way, by larger aggregates.
 //
 // Jacobi's method removes what rigid motions do not explain, before and after, on each level. Coarse levels are small,
 // so each is gone through twice.

@@ -5,7 +5,7 @@
 // matrix does.
 //
 // By edges: the matrix is symmetric, so that half of it tells all. Each edge's block gives to both of its nodes, which
-// saves half of what block rows read, but parallel edges would meet at nodes.
+// saves half of what block rows read, but edges in parallel would write to the same nodes.
 //
 // The contract stands in common/production_face/multiply.h.
 #include "common/production_face/multiply.h"

@@ -10,7 +10,7 @@
 namespace lockstep::production_fluid::serial {
 namespace {
 
-// Elements of a line along x, m: x stands at `first` + x h.
+// Positions, m, of the elements of a line along x: element x is at `first` + x h.
 struct Points {
   Vector3<Real> first;
   Real spacing;

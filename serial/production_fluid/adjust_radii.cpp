@@ -1,4 +1,4 @@
-// Lets the particles' balls touch the surface again. It moved with the grid, they moved by themselves.
+// Lets the particles' balls touch the surface again. The surface moved on the grid, the particles by themselves.
 //
 // The contract stands in common/production_fluid/adjust_radii.h.
 #include "common/production_fluid/adjust_radii.h"

@@ -17,7 +17,7 @@ Vector3<Real> in_cells(const Fluid<Real>& fluid, const Vector3<Real>& position) 
   return (1 / fluid.spacing) * position;
 }
 
-// Where obstacles and sides let it go.
+// Moves a drop out of obstacles and into the box, and stops it there.
 void stop(const Fluid<Real>& fluid, const Real& radius, Drop<Real>& drop) {
   const Field<Real>& field = fluid.solid;
   const auto [cell, along] = spot_of<Index>(field, first_centre, in_cells(fluid, drop.position));

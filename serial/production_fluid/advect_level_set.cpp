@@ -2,7 +2,7 @@
 //
 // Each centre asks where its value comes from and interpolates phi there, so values stay between those that were there,
 // however long the step. Interpolation smooths: corners of the surface become round, and thin sheets vanish. Particles
-// give back what is lost; with them, the first order of semi_lagrangian is enough. Without, maccormack carries smooth
+// give back part of what is lost. semi_lagrangian is of first order; maccormack, which `step` uses, carries smooth
 // shapes with second order. Its first pass writes every cell, so the second finds what arrived wherever it looks.
 //
 // The contract stands in common/production_fluid/advect_level_set.h.
@@ -33,8 +33,8 @@ bool is_slow(const Bricks& bricks, const Faces<Real>& faces, Real most) {
   return all_are;
 }
 
-// The bricks whose cells must be traced. The others keep their value: all that their feet can lie among has the
-// same. `advected` get it.
+// The bricks whose cells must be traced. In the others, all values that a foot can lie between are equal, and the cells
+// of `advected` get that value.
 Bricks bricks_to_trace(const Field<Real>& phi, const Faces<Real>& faces, Real dt,
                        std::initializer_list<Field<Real>*> advected) {
   Bricks bricks(phi.nx, phi.ny, phi.nz);

@@ -43,8 +43,8 @@ constexpr auto at_w = [](const Faces<Real>& faces, int x, int y, int z) -> Vecto
           mean(v(x, y, near), v(x, y + 1, near), v(x, y, far), v(x, y + 1, far)), w(x, y, z)};
 };
 
-// The bricks whose faces must be traced. The others stand still, and so do the faces beside them. They get
-// zero, in `advected`.
+// The bricks whose faces must be traced. In the others and beside them all velocities are 0, and the faces of
+// `advected` get 0.
 Bricks bricks_to_trace(const Faces<Real>& faces, std::initializer_list<Faces<Real>*> advected) {
   Bricks bricks(faces.v.nx, faces.u.ny, faces.u.nz);
   const auto is_zero = [](const Real& speed) { return speed == 0; };

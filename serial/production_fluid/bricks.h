@@ -5,7 +5,7 @@
 
 namespace lockstep::production_fluid::serial {
 
-// Whether it holds for all of a field's values in a box.
+// Whether `holds` is true of all of a field's values in a box.
 template <class Real, class Predicate>
 bool all_in(const Field<Real>& field, const Box& box, const Predicate& holds) {
   const auto [along_x, along_y, along_z] = inside(field, box);

@@ -23,7 +23,8 @@ struct Face {
   int x, y, z;
 };
 
-// The distances of known faces, `far` elsewhere; and lists the faces that may become known.
+// Returns the distances of known faces, `far` elsewhere. Lists the faces that may become known, and sets the velocity
+// of those too far away to 0.
 Field<Real> find_known(const Fluid<Real>& fluid, const Lines<Real>& lines, int axis, Real distance,
                        Field<Real>& velocity, std::vector<Face>& unknown) {
   Field<Real> known = levelset::make_field<Real>(velocity.nx, velocity.ny, velocity.nz, velocity.spacing, far<Real>);

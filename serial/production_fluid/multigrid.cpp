@@ -1,9 +1,9 @@
 // Solves the system of the pressure by conjugate gradients with a V-cycle of multigrid.
 //
-// A smoother such as Jacobi's removes what changes from cell to cell in a few sweeps, and hardly touches what changes
-// slowly. On a grid of twice the spacing, that changes quickly. So a cycle smooths, hands what is left to the coarser
-// grid, which does the same, and smooths again. The number of iterations then hardly depends on the number of cells,
-// where with an incomplete factor it grows as the cells along an axis do.
+// A smoother such as Jacobi's removes errors that change from cell to cell in a few sweeps, and hardly touches errors
+// that change slowly. On a grid of twice the spacing, those change quickly. So a cycle smooths, hands the residual to
+// the coarser grid, which does the same, and smooths again. The number of iterations then hardly depends on the number
+// of cells, where with an incomplete factor it grows as the cells along an axis do.
 //
 // A free surface does not fit into coarse cells. Beside it, the correction of the coarser grid is wrong, and as a
 // preconditioner the cycle would be little better than the factor. Passes over a thin band of cells there mend that.
@@ -112,7 +112,7 @@ void add_correction(const Level& coarse, Level& fine) {
       }
 }
 
-// z = M^-1 r on a level. Until z is known, it holds the residual.
+// z = M^-1 r on a level. Until the end, z holds the residual.
 void cycle(std::vector<Level>& levels, std::size_t of, std::span<const Real> r, std::span<Real> z) {
   Level& level = levels[of];
   first_guess(level, r);
@@ -138,7 +138,7 @@ double multiply(const System<Real>& system, std::span<const Real> x, std::span<R
   return linear::serial::dot(x, y);
 }
 
-// Adds x to the pressure, sets it to 0, and computes the residual of the pressure.
+// Adds x to the pressure, sets x to 0, and computes the residual of the pressure.
 double refresh(const System<Real>& system, Array<double>& q, std::span<Real> x, std::span<Real> r) {
   for_each_place(system.cells, [&](std::size_t i) { q[i] += x[i], x[i] = 0; });
   for_each_place(system.cells, [&](std::size_t i) {

@@ -81,7 +81,7 @@ double multiply(const System<Real>& system, std::span<const Real> x, std::span<R
   return Vectors{system}.dot(x, y);
 }
 
-// Adds x to the pressure, sets it to 0, and computes the residual of the pressure.
+// Adds x to the pressure, sets x to 0, and computes the residual of the pressure.
 double refresh(const System<Real>& system, Array<double>& q, std::span<Real> x, std::span<Real> r) {
   for_each_cell(system, [&](std::size_t i) { q[i] += x[i], x[i] = 0; });
   for_each_cell(system,

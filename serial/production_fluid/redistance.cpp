@@ -2,7 +2,7 @@
 //
 // Advection keeps the surface but not the distances about it: their gradient drifts away from 1, and where it becomes
 // steep or flat, surface and particles suffer. The distances come from levelset/ and, where the surface is smooth, from
-// its closest points; what is left here is the sign.
+// its closest points; what is left here is the distances beside the surface, and the sign.
 //
 // The contract stands in common/production_fluid/redistance.h.
 #include "common/production_fluid/redistance.h"

@@ -1,8 +1,9 @@
 // Evens out how many particles the blocks beside the surface hold.
 //
-// Block by block: who stays, then who comes. A new particle takes the sign of the side that it is drawn on, so what a
-// block gets is a sample of its liquid and its air. Without particles nearest to the surface kept and others let go,
-// memory would grow where the flow gathers them; without new ones, thin sheets would have none that carry them.
+// Block by block: which particles stay, then which are new. A new particle takes the sign of the side that it is drawn
+// on, so what a block gets is a sample of its liquid and its air. If none were removed, memory would grow where the
+// flow gathers them, so those nearest to the surface are kept; without new ones, thin sheets would have none that carry
+// them.
 //
 // The contract stands in common/production_fluid/reseed.h.
 #include "common/production_fluid/reseed.h"
@@ -42,7 +43,7 @@ void keep(const Block<Real>& block, const Particles<Real>& particles, int begin,
   std::sort(kept.begin(), kept.end());
 }
 
-// Whether an attempt led anywhere.
+// Whether an attempt brought its seed into the band.
 bool attempt(const Block<Real>& block, const FourWords<Index>& random, Seed<Real>& seed) {
   seed = begin_at_random(block, random);
   if (!may_stand(block, seed.position)) return false;

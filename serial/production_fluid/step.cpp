@@ -63,14 +63,16 @@ Real longest_step(const Model& model, const Vector3<double>& gravity, const Face
   return time_step(velocity, static_cast<Real>(std::sqrt(dot(gravity, gravity))), static_cast<Real>(model.cfl));
 }
 
-// After a substep of a length, s; `left`, s, is left of a frame then.
+// Plans the next substep, and applies gravity from the middle of this substep to the middle of the next. `length`, s,
+// is that of this substep; `left`, s, is left of a frame after it.
 void accelerate(const Model& model, double length, double left, Liquid<Real>& liquid) {
   Faces<Real>& velocity = liquid.fluid.velocity;
   liquid.planned = next_substep(longest_step(model, model.gravity, velocity), left);
   apply_forces(convert<Real>(model.gravity), static_cast<Real>(.5 * (length + liquid.planned)), velocity);
 }
 
-// From `now`, s since the first frame began; `left`, s, is left of a frame afterwards.
+// A substep that begins `now`, s since the first frame began, and is `length`, s, long; `left`, s, is left of a frame
+// after it.
 template <class Done>
 void substep(const Model& model, const Forms& forms, double now, double length, double left, Liquid<Real>& liquid,
              StepMemory<Real>& memory, const Done& done) {

@@ -17,7 +17,7 @@ Case initialize_case(const std::string& path) {
   const auto in = inputs(path);
   const Field<float>& phi = in->scene.phi;
   const double points = double(phi.nx) * phi.ny * phi.nz;
-  auto before = std::make_shared<Distances<float>>(in->start);  // of the same size, from a scene before
+  auto before = std::make_shared<Distances<float>>(in->start);  // of the same size, as an earlier call leaves them
   poison(*before);
   return make_case<Distances<float>>({
       .start = before,

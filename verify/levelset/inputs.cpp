@@ -61,10 +61,10 @@ Case bitwise_case(std::shared_ptr<const Inputs> in, Change twin, Change best, Ch
   });
 }
 
-// A solution rounds by less than ten u of itself, and passes on an error of its neighbours without making it larger
-// (each is the least of averages of its neighbours); a path from the interface to the edge of the band has at most
-// three steps a spacing. So in the band two solutions are within 10 u (3 band / h) band of each other. Where only one
-// of them is within the band, it is as near to the edge of the band.
+// A solution rounds by less than ten u of itself, and does not make an error of its neighbours larger (its derivatives
+// by them are >= 0 and sum to 1); a path from the interface to the edge of the band has at most three steps a spacing.
+// So in the band two solutions are within 10 u (3 band / h) band of each other. Where only one of the two is within the
+// band, it must be as near to the band's edge.
 Case same_distances_case(std::shared_ptr<const Inputs> in, Change reference, Change other, const std::string& what) {
   struct State {
     std::shared_ptr<const Inputs> in;

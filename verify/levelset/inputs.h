@@ -28,12 +28,12 @@ inline constexpr double flops_of_upwind = 30;
 
 using Change = std::function<void(levelset::Distances<float>&)>;
 
-// A kernel that must leave the bits of `twin`. What counts as work are the points whose distances are wanted. No best
-// serial form where that is the twin.
+// A kernel that must leave the bits of `twin`. Its work is counted in points within the band. `best` is null where the
+// twin is the best serial form.
 Case bitwise_case(std::shared_ptr<const Inputs> in, Change twin, Change best, Change openmp, double flops_a_point);
 
-// Another algorithm for the same discrete equations: within rounding of the distances of `reference`. `what` is said in
-// the row.
+// Another algorithm for the same discrete equations: within rounding of the distances of `reference`. `what` is added
+// to the report's row.
 Case same_distances_case(std::shared_ptr<const Inputs> in, Change reference, Change other, const std::string& what);
 
 // How much of their work blocks repeat, in words: they do the work of their padding again.

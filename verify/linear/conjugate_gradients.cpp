@@ -43,9 +43,9 @@ std::shared_ptr<const State> start(std::size_t n) {
   return std::make_shared<const State>(State{Array<float>(n, unwritten), {}, {-1, -1, -1}});
 }
 
-// The residual that rounding leaves: k updates of x and r, each wrong by at most u |A| |x| to first order, with |A|
-// taken as its largest sum of a row's sizes, beside the tolerance. In conjugate gradients from 0, |x| grows
-// monotonically, so the last is the largest.
+// The true residual that rounding allows: the recursive residual, and k updates of x and r, each wrong by at most u |A|
+// |x| to first order, with |A| the infinity norm. In conjugate gradients from 0, |x| grows monotonically, so the last
+// is the largest.
 double attainable(const Rows<float>& a, In x, In b, const Solution& s) {
   double norm = 0;
   for (int i = 0; i < a.rows; ++i) {
@@ -211,7 +211,7 @@ Case make_incomplete_cholesky(const std::string& path) {
               scene->scene.stop);
 }
 
-// The iterations of the two orders, and that the one by levels leaves no residual beyond the tolerance.
+// Compares the iterations of the two orders, and asks that the order by levels converges.
 Case make_incomplete_cholesky_for_natural(const std::string& path) {
   const auto in = factored(path);
   const auto scene = inputs(path);

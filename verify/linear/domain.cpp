@@ -7,7 +7,7 @@
 namespace lockstep::verify {
 namespace {
 
-// A matrix that is loaded must have finite values, and columns that it has.
+// A matrix that is loaded must have finite values, and no column outside of it.
 std::string fault_of_scene(const std::string& path) {
   const linear::Scene scene = linear::load_scene(path);
   const linear::Rows<float>& a = scene.rows;

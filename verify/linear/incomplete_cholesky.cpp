@@ -35,7 +35,7 @@ Case make_factor(const std::string& path) {
       .best_serial = [=](Factors& f) { f = values_of(serial::incomplete_cholesky(scene->scene.rows, modification)); },
       .openmp = [=](Factors& f) { f = values_of(openmp::incomplete_cholesky(in->rows, in->levels, modification)); },
       .compare = nullptr,
-      // A factor is read as it is made: once more, in all.
+      // The factor is written, and read once while it is made.
       .work = {rows, "rows", 24 * entries + 8 * rows, 4 * entries},
   });
 }

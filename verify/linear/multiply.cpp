@@ -1,5 +1,5 @@
-// Sparse products, as the verifier and the benchmark see them: bitwise. A product by block rows must also beat the
-// product of the same matrix by rows of numbers.
+// Sparse products, as the verifier and the benchmark see them: bitwise. Speeds of a product by block rows are relative
+// to the serial product of the same matrix by rows of numbers.
 #include "common/linear/multiply.h"
 
 #include "verify/linear/inputs.h"
@@ -63,7 +63,8 @@ Case make_block_rows(const std::string& path) {
   });
 }
 
-// A block's nine entries are a product and a difference each, in double; b is read besides, and x is twice as long.
+// Each of a block's nine entries is a product and a difference, in double; b is read besides, and x has eight bytes an
+// element.
 Case make_residual(const std::string& path) {
   const auto in = inputs(path);
   Work work = work_of(*in, bytes_of(in->sliced_blocks),

@@ -10,7 +10,7 @@ namespace {
 using namespace linear;
 using namespace linear_inputs;
 
-// The vectors that change are b and x; the one that is read alone is b reversed.
+// The vectors that change are b and x; the one that is only read is b reversed.
 struct Read {
   std::shared_ptr<const State> start;
   Array<float> p;

@@ -27,7 +27,7 @@ Motion<float> fallen(const Scene& scene, float time_step) {
   return motion;
 }
 
-// A vertex reads and writes twelve numbers besides one; a body takes about 40 operations.
+// A vertex reads ten numbers and writes six; a body takes about 40 operations.
 Case make(const std::string& path) {
   const auto in = inputs(path);
   const auto time_step = static_cast<float>(in->frame_time / in->substeps);

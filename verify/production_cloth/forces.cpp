@@ -1,5 +1,5 @@
-// Elastic forces, as the verifier and the benchmark see them: bitwise with the serial twin where a vertex adds up its
-// elements; under locks, within the rounding of sums in any order. notes/production_cloth.md derives the bound.
+// Elastic forces, as the verifier and the benchmark see them: bitwise with the serial twin of the same order; under
+// locks, within the rounding of sums in any order. notes/production_cloth.md derives the bound.
 #include "common/production_cloth/forces.h"
 
 #include <cmath>
@@ -68,7 +68,7 @@ ForceSums sums_of(const Elements<float>& e, const Vectors<float>& x) {
   return sums;
 }
 
-// One component of all vertices.
+// All components of all vertices.
 Judgement within_rounding(const ForceSums& sums, const ForceState& openmp, const ForceState& serial) {
   Judgement judgement{.verdict = Verdict::bounded, .worst_at = ""};
   const std::size_t n = sums.terms.size();

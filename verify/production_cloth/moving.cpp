@@ -22,7 +22,7 @@ namespace lockstep::verify {
 
 using namespace production_cloth;
 
-// Of the serial step, before its cloth is taken as it is.
+// Of the serial step, in search of the motion that moving.h describes.
 constexpr int most_steps = 100;
 
 Cloth<float> make_cloth(const Scene& scene) {

@@ -16,7 +16,7 @@ using namespace production_cloth_inputs;
 
 constexpr ElementPair poison = {-1, -1};
 
-// As in a simulation, the pairs found last stand where the next ones go.
+// As in a simulation, the next pairs take the room of the last ones, which poison fills here.
 void restore(ElementPairs& now, const ElementPairs&) {
   std::ranges::fill(now.point_triangle, poison);
   std::ranges::fill(now.edge_edge, poison);

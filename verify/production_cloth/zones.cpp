@@ -1,4 +1,4 @@
-// Rigid zones, as the verifier and the benchmark see them: bitwise with the serial twin.
+// Rigid and inelastic zones, as the verifier and the benchmark see them: bitwise with the serial twin.
 #include "common/production_cloth/inelastic_zones.h"
 
 #include "verify/production_cloth/contact_inputs.h"
@@ -6,7 +6,7 @@
 
 namespace lockstep::production_cloth {
 
-// What zones change; and the impacts of two rounds, which they only read.
+// What rigid zones change.
 struct Zoned {
   Zones zones;
   Vectors<float> position, velocity;
@@ -38,7 +38,7 @@ namespace {
 using namespace production_cloth;
 using namespace production_cloth_inputs;
 
-// Every contact from `first` on, at such distances that about a third of all vertices are in zones.
+// Contacts from `first` on, at such intervals that about a third of all vertices are in zones.
 Contacts<float> impacts_from(const ContactInputs& in, std::size_t first) {
   const std::size_t every = 1 + 12 * in.nearby.count / in.scene->topology.vertices;
   Contacts<float> impacts;

@@ -29,7 +29,7 @@ struct Problem {
 };
 std::shared_ptr<const Problem> problem(const std::string& path);
 
-// In waves as openmp takes them; of a small body smaller ones, at least five.
+// Waves as openmp takes them; of a small body smaller ones: at least five, if it has five blocks.
 production_face::Waves waves(const production_face::Body<float>& body);
 
 // Those that all kernels take.

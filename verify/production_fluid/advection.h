@@ -1,4 +1,4 @@
-// What the cases of both advections share.
+// What the cases of advection and of particles share.
 #pragma once
 
 #include <algorithm>

@@ -25,7 +25,8 @@ struct Running {
   double seconds[int(Module::count)] = {};
 };
 
-// Of all cells that are not solid: each counts by the share of it that a plane at distance phi would cut off, m^3.
+// The volume of the liquid, m^3. A cell that is not solid counts by the share of it that a plane at distance phi would
+// cut off.
 double volume_of(const Fluid<float>& fluid) {
   const double h = fluid.spacing;
   double volume = 0;
@@ -42,7 +43,7 @@ void step(Running& run, Step<float>* step) {
   for (int k = 0; k < int(Module::count); ++k) run.seconds[k] += run.memory.seconds[k];
 }
 
-// What sources pour in is compared with nothing: at the start there may have been no liquid.
+// With sources no change in percent is given: at the start there may have been no liquid.
 std::string volume_text(const Running& run) {
   char text[80];
   const double volume = volume_of(run.liquid.fluid), change = 100 * (volume / run.volume_at_start - 1);
@@ -69,7 +70,7 @@ std::string summary_of(const Running& run) {
   return text + modules + ' ' + part;
 }
 
-// What there is without an error: the liquid of the start, and a cylinder from each source.
+// The volume that there would be without an error, m^3: the liquid of the start, and a cylinder from each source.
 double volume_without_error(const Running& run) {
   double volume = run.volume_at_start;
   const double now = run.liquid.frames * run.scene.model.frame;

@@ -20,7 +20,7 @@ std::shared_ptr<const Inputs> inputs(const std::string& path);
 // The scene's velocity, with padding that shows whether a kernel has written it.
 production_fluid::Faces<float> velocity(const Inputs& in);
 
-// Those of a step.
+// The settings that a step has by default.
 inline const production_fluid::PressureSettings pressure_settings = production_fluid::Model{}.pressure;
 
 // The solution of the system by the serial text.
@@ -30,7 +30,7 @@ double cells_of(const Inputs& in);         // of the box
 double faces_of(const Inputs& in);         // of the box, its sides included
 double liquid_cells_of(const Inputs& in);  // that have a row of the system
 
-// For all kernels but the advections.
+// For the kernels of velocity and pressure.
 Scenes pressure_scenes();
 
 }  // namespace lockstep::verify::production_fluid_inputs
