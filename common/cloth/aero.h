@@ -31,14 +31,15 @@ template <class Real, class V>
 // Where a particle is one time step later. `force`, N, is the sum over its triangles: each gives a third to each
 // corner.
 template <class Real, class V>
-[[gnu::always_inline]] inline Vector3<V> next_position(const Model<Real>& model, const Particle<V>& p, V inverse_mass,
+[[gnu::always_inline]] inline Vector3<V> next_position(const Model<Real>& model, const Vector3<V>& position,
+                                                       const Vector3<V>& moved, V inverse_mass,
                                                        const Vector3<V>& force) {
   const Vector3<V> gravity = {model.gravity.x, model.gravity.y, model.gravity.z};
   const V third_w = inverse_mass * Real(1. / 3);
   const Vector3<V> acceleration = gravity + third_w * force;
   const Vector3<V> next =
-      p.position + model.velocity_factor * p.moved + (model.time_step * model.time_step) * acceleration;
-  return select(inverse_mass > V(0), next, p.position);
+      position + model.velocity_factor * moved + (model.time_step * model.time_step) * acceleration;
+  return select(inverse_mass > V(0), next, position);
 }
 
 }  // namespace lockstep::cloth

@@ -50,7 +50,7 @@ class Cursors {
 
 void require_places(std::size_t places) {
   if (places > std::numeric_limits<std::int32_t>::max() - lanes)
-    throw std::length_error("a sliced matrix of more than 2^31 places");
+    throw std::length_error("a sliced matrix of more than 2^31 - 17 places");
 }
 
 // Appends a slot of the cursors' next entries in the lanes of `mask`.

@@ -47,7 +47,7 @@ namespace lockstep::production_face {
 
 inline constexpr int most_steps = 50;
 inline constexpr int most_in_vain = 3;        // steps in a row: energy within rounding, |f| not halved
-inline constexpr int most_halvings = 12;      // of a step; the search gives up after one more
+inline constexpr int most_halvings = 12;      // of a step
 inline constexpr int most_iterations = 3000;  // of a step's solve
 inline constexpr double exact_again = .1;
 inline constexpr double share_of_bones = 1e-3;

@@ -34,9 +34,9 @@ LOCKSTEP_INLINE Particle<floatv> particle(const Pointers& p, const Pointers& q, 
 // Moves particles i, i + 1, ... i + 15.
 LOCKSTEP_INLINE void move(const Model<Real>& model, const Pointers& p, const Pointers& q, const float* inverse_mass,
                           int i, const Vector3<floatv>& force) {
-  const Particle<floatv> here = particle(p, q, i);
-  store(q, i, here.position);
-  store(p, i, next_position(model, here, load(inverse_mass + i), force));
+  const Vector3<floatv> position = load(p, i), moved = position - load(q, i);
+  store(q, i, position);
+  store(p, i, next_position(model, position, moved, load(inverse_mass + i), force));
 }
 
 // cloth.force holds the upper triangles of all squares and then the lower ones: that of square (r, c) at (r + 1) *

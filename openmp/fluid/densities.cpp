@@ -151,7 +151,6 @@ void densities_sub_grid(const Model<Real>& model, const Grid<Real>& grid, const 
 
 void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
                             Neighbours<Real>& neighbours, std::span<Real> density) {
-  const Real h2 = model.smoothing_length_2;
   const Vectors<Real>& p = particles.position;
   const int rows = grid.y.cells * grid.z.cells;
   require_lists_fit_in_parallel(grid);
@@ -172,7 +171,8 @@ void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, co
           const Run own = row_run(grid, x, x, y, z);
           if (own.begin == own.end) continue;
           candidates.pack(neighbour_runs(grid, x, y, z), p);
-          // Held in registers: to the compiler, the stores below could change what arrays and lists point to.
+          // Copies held in registers: to the compiler, the stores below could change the originals.
+          const Real h2 = model.smoothing_length_2;
           const auto [cx, cy, cz, index, count] = candidates.pointers();
           for (int i = own.begin; i < own.end; ++i) {
             make_room(list, std::size_t(end) + count);

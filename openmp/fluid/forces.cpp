@@ -31,6 +31,7 @@
 #include "openmp/fluid/bodies.h"
 #include "openmp/fluid/lanes.h"
 #include "openmp/fluid/sub_grids.h"
+#include "openmp/vector_lanes.h"
 
 namespace lockstep::fluid::openmp {
 namespace {
@@ -39,8 +40,6 @@ using namespace lockstep::openmp;
 
 void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
                       std::span<const Real> density, Vectors<Real>& acceleration, const SubGrids& sub_grids) {
-  const Real h2 = model.smoothing_length_2;
-  const Vectors<Real>&p = particles.position, &v = particles.velocity;
   Locks locks(grid.cells());
   Failure failure;
 
@@ -64,20 +63,25 @@ void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Pa
               sum.assign(own.end - own.begin, {0.f, 0.f, 0.f});
               forward_pieces(grid, sub_grids, x, y, z, [&](const Piece& piece) {
                 const Guard guard(locks, piece.lock);
+                // Copies: to the compiler, stores could change the originals.
+                const Model<Real> constants = model;
+                const Vector3<const float*> p = pointers(particles.position), v = pointers(particles.velocity);
+                const Vector3<float*> to = pointers(acceleration);
                 for (int i = own.begin; i < own.end; ++i) {
-                  const Vector3<floatv> p_i = repeat_at(p, i);
+                  const Vector3<floatv> p_i = {p.x[i], p.y[i], p.z[i]}, v_i = {v.x[i], v.y[i], v.z[i]};
+                  const floatv density_i = density[i];
                   for (int j = std::max(piece.run.begin, i + 1); j < piece.run.end; j += lanes) {
                     const maskv inside = first_lanes(piece.run.end - j);
-                    const Vector3<floatv> dp = p_i - lanes_at(p, j);
+                    const Vector3<floatv> dp = p_i - load(p, j);
                     const floatv r2 = dot(dp, dp);
-                    const maskv near = inside & (r2 < h2);
+                    const maskv near = inside & (r2 < constants.smoothing_length_2);
                     if (none(near)) continue;
-                    const Vector3<floatv> dv = lanes_at(v, j) - repeat_at(v, i);
+                    const Vector3<floatv> dv = load(v, j) - v_i;
                     const Vector3<floatv> a =
-                        pair_acceleration(model, floatv(density[i]), load(&density[j]), dp, dv, r2);
+                        pair_acceleration(constants, density_i, load(&density[j]), dp, dv, r2);
                     Vector3<floatv>& sum_i = sum[i - own.begin];
                     sum_i = select(near, sum_i + a, sum_i);
-                    put(acceleration, j, lanes_at(acceleration, j, near) - a, near);
+                    store(to, j, load(to, j, near) - a, near);
                   }
                 }
               });

@@ -79,7 +79,7 @@ class Waiting {
   Strained<Real>& strained_;
   int count_ = 0;
   float number_[7][2 * lanes] = {};
-  std::int32_t tetrahedron_[2 * lanes];
+  std::int32_t tetrahedron_[2 * lanes] = {};
 };
 
 // Adds what the fibres of a block pull.

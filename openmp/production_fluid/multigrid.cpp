@@ -8,6 +8,8 @@
 // The contract stands in common/production_fluid/multigrid.h.
 #include "common/production_fluid/multigrid.h"
 
+#include <omp.h>
+
 #include <vector>
 
 #include "common/linear/iterate.h"
@@ -141,12 +143,14 @@ void find_residual(const Level& level, std::span<const Real> right, std::span<Re
 template <class F>
 void for_each_line(const Level& level, int n, const F& f) {
   const std::ptrdiff_t count = std::ssize(level.lines);
+  const std::size_t room = padded(n) + 4 * lanes;  // a thread
+  Array<Real> rooms(room * omp_get_max_threads());
 #pragma omp parallel if (is_shared(level))
   {
-    Array<Real> room(padded(n) + 4 * lanes);
+    Real* const of_line = &rooms[room * omp_get_thread_num() + lanes];
     // What f writes belongs to its line, and of_line to its thread.
 #pragma omp for schedule(static)
-    for (std::ptrdiff_t k = 0; k < count; ++k) f(level.lines[k], &room[lanes]);
+    for (std::ptrdiff_t k = 0; k < count; ++k) f(level.lines[k], of_line);
   }
 }
 

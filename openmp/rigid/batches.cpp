@@ -54,8 +54,9 @@ Batches batches_folded(std::span<const Manifold<Real>> manifolds, std::span<cons
 Batches batches_parallel(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
                          const Bodies<Real>& bodies) {
   const auto [a, b, movable] = constraints_of(manifolds, body, bodies);
-  return lockstep::openmp::make_batches_in_parallel(
-      a, b, movable, [&](int i) { return spatial::openmp::key_of(bodies.pose[i].position.x); });
+  return lockstep::openmp::make_batches_in_parallel(a, b, movable, [&](int i) {
+    return static_cast<std::uint32_t>(spatial::openmp::key_of(bodies.pose[i].position.x));
+  });
 }
 
 }  // namespace lockstep::rigid::openmp

@@ -87,8 +87,8 @@ struct Table {
 void fill_table(const Bounds<Real>& bounds, std::span<const std::int32_t> group, const WrappedGrid<Real>& grid,
                 Real size, Table& table) {
   const auto hash_of = [&](int i) {
-    const Box<Real> box = bounds.box(i);
-    return longest_side(box) <= size ? hash(grid, cell_at(grid, box.low)) : grid.cells();
+    const Box<floatv> box = load_boxes(bounds, i);
+    return select(longest_side(box) <= size, hash(grid, cell_at(grid, box.low)), grid.cells());
   };
   const int bits = grid.bits.x + grid.bits.y + grid.bits.z + 1;
   const std::span<const Keyed> sorted = sort_by_key(bounds, bits, hash_of, table.order);

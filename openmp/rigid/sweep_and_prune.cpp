@@ -50,7 +50,7 @@ int sweep_axis(const Bounds<Real>& bounds) {
 void sort_by_low(const Bounds<Real>& bounds, int axis, std::vector<std::int32_t>& order) {
   const Array<Real>& low = along(bounds.low, axis);
   sort_by_key(
-      bounds, 32, [&](int i) { return key_of(low[i]); }, order);
+      bounds, 32, [&](int i) { return key_of(load(&low[i])); }, order);
 }
 
 // Tests each box against its candidates. u and v are the two axes that are not swept.

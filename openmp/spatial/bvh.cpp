@@ -50,10 +50,10 @@ Box<Real> extent_of(const Bounds<Real>& bounds) {
 // Sorts the bounded elements by the Morton codes of their centres, equal ones by number.
 void sort_by_code(const Bounds<Real>& bounds, std::vector<std::int32_t>& order) {
   const Box<Real> extent = extent_of(bounds);
-  const Real scale = morton_scale(extent);
+  const floatv scale = morton_scale(extent);
   const auto code = [&](int i) {
-    const Box<Real> box = bounds.box(i);
-    return morton_code(box.low + box.high, extent.low, scale);
+    const Box<floatv> box = load_boxes(bounds, i);
+    return morton_code(box.low + box.high, in_all_lanes(extent).low, scale);
   };
   sort_by_key(bounds, morton_bits + 1, code, order);
 }

@@ -4,26 +4,32 @@
 // Keys, passes and order are one parallel region, because starts of regions and barriers are what short sorts wait for.
 #pragma once
 
-#include <bit>
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "common/math.h"
+#include "common/simd.h"
 #include "common/spatial/bounds.h"
 #include "openmp/counting_sort.h"
+#include "openmp/spatial/boxes.h"
 #include "openmp/spatial/workspace.h"
 
 namespace lockstep::spatial::openmp {
 
-// An integer in the order of the numbers; -0 counts as 0.
-inline std::uint32_t key_of(float x) {
-  const auto bits = std::bit_cast<std::uint32_t>(x + 0.f);
-  return bits ^ (static_cast<std::uint32_t>(static_cast<std::int32_t>(bits) >> 31) | 0x80000000u);
+// The bits of an unsigned integer in the order of the numbers; -0 counts as 0. Of a number or of lanes.
+template <class Number>
+inline auto key_of(const Number& x) {
+  const auto bits = bits_of(x + Number(0.f));
+  return bits ^ (bits >> 31 | std::numeric_limits<std::int32_t>::min());
 }
 
-// Puts the bounded elements in the order of key(element) < 2^bits - 1, equal ones by number. Out: order, resized;
-// returns the same with the keys, which the next call overwrites.
+// Puts the bounded elements in the order of their keys, equal ones by number. key(i) has the keys of elements i to
+// i + 15, unsigned and less than 2^bits - 1. Out: order, resized; returns the same with the keys, which the next call
+// overwrites.
 template <class Key>
 std::span<const Keyed> sort_by_key(const Bounds<float>& bounds, int bits, const Key& key,
                                    std::vector<std::int32_t>& order) {
@@ -42,8 +48,11 @@ std::span<const Keyed> sort_by_key(const Bounds<float>& bounds, int bits, const 
   {
     const lockstep::openmp::Share mine = lockstep::openmp::my_share(n);
     Keyed *from = keyed.data(), *to = other.data();
-    for (int i = mine.begin; i < mine.end; ++i) {
-      from[i] = {bounds.bounded(i) ? static_cast<std::uint32_t>(key(i)) : last, i};
+    for (int i = mine.begin; i < mine.end; i += lanes) {
+      alignas(array_alignment) std::int32_t keys[lanes];
+      store(keys, select(bounded(load_boxes(bounds, i)), key(i), static_cast<std::int32_t>(last)));
+      for (int l = 0; l < std::min(lanes, mine.end - i); ++l)
+        from[i + l] = {static_cast<std::uint32_t>(keys[l]), i + l};
     }
     for (int shift = 0; shift < bits; shift += digit_bits) {
       sort(

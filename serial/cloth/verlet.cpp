@@ -34,9 +34,9 @@ void verlet(Cloth<Real>& cloth) {
     if (model.drag > 0)
       for (int k = cloth.corner_begin[i]; k < cloth.corner_begin[i + 1]; ++k)
         force = force + load(forces, cloth.corner[k]);
-    const Particle<Real> here = particle(p, q, i);
-    store(q, i, here.position);
-    store(p, i, next_position(model, here, cloth.inverse_mass[i], force));
+    const Vector3<Real> position = load(p, i), moved = position - load(q, i);
+    store(q, i, position);
+    store(p, i, next_position(model, position, moved, cloth.inverse_mass[i], force));
   }
 }
 

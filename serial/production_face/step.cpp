@@ -100,8 +100,8 @@ bool solve(const Face<Real>& face, const linear::Stop& stop, Memory& memory, Clo
   return solution.recursive_residual <= stop.tolerance || solution.iterations >= stop.iterations;
 }
 
-// Moves by the first of du, du / 2, du / 4, ... that lowers the energy enough. Returns whether there is one.
-// `slope` is f . du.
+// Moves by the first of du, du / 2, du / 4, ... that lowers the energy enough. Returns whether there is one;
+// if not, nothing has moved. `slope` is f . du.
 bool search(const Face<Real>& face, double slope, bool definite, Pose<Real>& pose, Memory& memory, Clock& clock) {
   const double energy = energy_of(face, memory), rounding = energy_of_rounding(face);
   std::swap(memory.before, pose.displacement);
@@ -110,8 +110,11 @@ bool search(const Face<Real>& face, double slope, bool definite, Pose<Real>& pos
     clock(Module::move);
     evaluate(face, pose, definite, memory, clock);
     if (energy_of(face, memory) <= energy - 1e-4 * a * slope + rounding) return true;
-    if (a < 1. / (1 << most_halvings)) return false;
+    if (a <= 1. / (1 << most_halvings)) break;
   }
+  std::swap(memory.before, pose.displacement);
+  evaluate(face, pose, definite, memory, clock);
+  return false;
 }
 
 }  // namespace

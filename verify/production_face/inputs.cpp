@@ -42,10 +42,13 @@ production_face::Body<float> held_body(const production_face::Body<float>& body)
 
 // For the cache.
 double bytes_of(const Problem& p) {
-  double shares = 0;
-  for (const production_face::CoarseLevel<float>& level : p.coarsening.level)
-    shares += double(level.i.size() + level.j.size() + level.share.size());
-  return 4. * (double(p.rows.begin.size() + p.rows.column.size() + p.rows.value.size() + p.b.size()) + shares) +
+  double coarse = 0;  // numbers
+  for (const production_face::CoarseLevel<float>& level : p.coarsening.level) {
+    coarse += double(level.of.size() + level.arm.size() + level.member.size() + level.column.size());
+    coarse += double(level.i.size() + level.j.size() + level.share.size());
+    coarse += double(sizeof level.coupling[0] / sizeof(std::int32_t)) * level.couplings();
+  }
+  return 4. * (double(p.rows.begin.size() + p.rows.column.size() + p.rows.value.size() + p.b.size()) + coarse) +
          linear::bytes_of(p.sliced);
 }
 
