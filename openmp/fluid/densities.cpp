@@ -37,6 +37,7 @@
 #include "openmp/fluid/lanes.h"
 #include "openmp/fluid/lists_fit.h"
 #include "openmp/fluid/sub_grids.h"
+#include "openmp/vector_lanes.h"
 
 namespace lockstep::fluid::openmp {
 namespace {
@@ -72,7 +73,7 @@ void densities_symmetric(const Model<Real>& model, const Grid<Real>& grid, const
                 for (int i = own.begin; i < own.end; ++i)
                   for (int j = std::max(piece.run.begin, i + 1); j < piece.run.end; j += lanes) {
                     const maskv inside = first_lanes(piece.run.end - j);
-                    const Vector3<floatv> dp = repeat_at(p, i) - lanes_at(p, j);
+                    const Vector3<floatv> dp = repeat_at(p, i) - load(pointers(p), j);
                     const floatv r2 = dot(dp, dp);
                     const maskv near = inside & (r2 < h2);
                     const floatv term = select(near, density_term(h2, r2), 0.f);

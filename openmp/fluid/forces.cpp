@@ -38,8 +38,14 @@ namespace {
 
 using namespace lockstep::openmp;
 
+// Adds the terms of the pairs (i, j), i < j, of the particles `own` and `run`: of i to sum[i], of j to its acceleration.
+// Model and pointers are copies: to the compiler, the stores could change what references lead to.
+void add_terms(Model<Real> model, Run own, Run run, Vector3<const float*> p, Vector3<const float*> v,
+               const Real* density, Vector3<float*> acceleration, Vector3<floatv>* sum);
+
 void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Particles<Real>& particles,
                       std::span<const Real> density, Vectors<Real>& acceleration, const SubGrids& sub_grids) {
+  const Vectors<Real>&p = particles.position, &v = particles.velocity;
   Locks locks(grid.cells());
   Failure failure;
 
@@ -63,27 +69,8 @@ void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Pa
               sum.assign(own.end - own.begin, {0.f, 0.f, 0.f});
               forward_pieces(grid, sub_grids, x, y, z, [&](const Piece& piece) {
                 const Guard guard(locks, piece.lock);
-                // Copies: to the compiler, stores could change the originals.
-                const Model<Real> constants = model;
-                const Vector3<const float*> p = pointers(particles.position), v = pointers(particles.velocity);
-                const Vector3<float*> to = pointers(acceleration);
-                for (int i = own.begin; i < own.end; ++i) {
-                  const Vector3<floatv> p_i = {p.x[i], p.y[i], p.z[i]}, v_i = {v.x[i], v.y[i], v.z[i]};
-                  const floatv density_i = density[i];
-                  for (int j = std::max(piece.run.begin, i + 1); j < piece.run.end; j += lanes) {
-                    const maskv inside = first_lanes(piece.run.end - j);
-                    const Vector3<floatv> dp = p_i - load(p, j);
-                    const floatv r2 = dot(dp, dp);
-                    const maskv near = inside & (r2 < constants.smoothing_length_2);
-                    if (none(near)) continue;
-                    const Vector3<floatv> dv = load(v, j) - v_i;
-                    const Vector3<floatv> a =
-                        pair_acceleration(constants, density_i, load(&density[j]), dp, dv, r2);
-                    Vector3<floatv>& sum_i = sum[i - own.begin];
-                    sum_i = select(near, sum_i + a, sum_i);
-                    store(to, j, load(to, j, near) - a, near);
-                  }
-                }
+                add_terms(model, own, piece.run, pointers(p), pointers(v), density.data(), pointers(acceleration),
+                          sum.data() - own.begin);
               });
               const int cell = grid.cell(x, y, z);
               const Guard guard(locks, sub_grids.shared[cell] ? cell : Piece::no_lock);
@@ -93,6 +80,25 @@ void forces_symmetric(const Model<Real>& model, const Grid<Real>& grid, const Pa
       });
   }
   failure.rethrow();
+}
+
+void add_terms(Model<Real> model, Run own, Run run, Vector3<const float*> p, Vector3<const float*> v,
+               const Real* density, Vector3<float*> acceleration, Vector3<floatv>* sum) {
+  const Real h2 = model.smoothing_length_2;
+  for (int i = own.begin; i < own.end; ++i) {
+    const Vector3<floatv> p_i = repeat_at(p, i), v_i = repeat_at(v, i);
+    for (int j = std::max(run.begin, i + 1); j < run.end; j += lanes) {
+      const maskv inside = first_lanes(run.end - j);
+      const Vector3<floatv> dp = p_i - load(p, j);
+      const floatv r2 = dot(dp, dp);
+      const maskv near = inside & (r2 < h2);
+      if (none(near)) continue;
+      const Vector3<floatv> a =
+          pair_acceleration(model, floatv(density[i]), load(&density[j]), dp, load(v, j) - v_i, r2);
+      sum[i] = select(near, sum[i] + a, sum[i]);
+      store(acceleration, j, load(acceleration, j, near) - a, near);
+    }
+  }
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Vectors of sixteen particles: those of particles that stand side by side, or one particle's in every lane.
+// One particle's vector in every lane, and the sum of sixteen vectors.
 #pragma once
 
 #include "common/fluid/particles.h"
@@ -6,22 +6,9 @@
 
 namespace lockstep::fluid::openmp {
 
-// Those of particles i .. i + 15.
-LOCKSTEP_INLINE Vector3<floatv> lanes_at(const Vectors<float>& vectors, int i) {
-  return {load(&vectors.x[i]), load(&vectors.y[i]), load(&vectors.z[i])};
-}
-LOCKSTEP_INLINE Vector3<floatv> lanes_at(const Vectors<float>& vectors, int i, maskv mask) {
-  return {load(&vectors.x[i], mask), load(&vectors.y[i], mask), load(&vectors.z[i], mask)};
-}
-using fluid::put;
-LOCKSTEP_INLINE void put(Vectors<float>& vectors, int i, const Vector3<floatv>& vector, maskv mask) {
-  store(&vectors.x[i], vector.x, mask);
-  store(&vectors.y[i], vector.y, mask);
-  store(&vectors.z[i], vector.z, mask);
-}
-
-// That of particle i.
-LOCKSTEP_INLINE Vector3<floatv> repeat_at(const Vectors<float>& vectors, int i) {
+// The vector of particle i; of arrays, or of pointers to them.
+template <class Vectors>
+LOCKSTEP_INLINE Vector3<floatv> repeat_at(const Vectors& vectors, int i) {
   return {vectors.x[i], vectors.y[i], vectors.z[i]};
 }
 

@@ -25,8 +25,8 @@
 #include "common/real.h"
 #include "common/simd.h"
 #include "openmp/failure.h"
-#include "openmp/fluid/lanes.h"
 #include "openmp/share.h"
+#include "openmp/vector_lanes.h"
 
 namespace lockstep::fluid::openmp {
 namespace {
@@ -35,7 +35,7 @@ using namespace lockstep::openmp;
 
 // The cells of particles i .. i + 15. Lanes beyond the last particle answer some cell of the grid.
 intv cell_of(const Grid<Real>& grid, const Vectors<Real>& position, int i) {
-  return cell_of(grid, lanes_at(position, i));
+  return cell_of(grid, load(pointers(position), i));
 }
 
 // Calls visit(i, cell of i) for the particles of a share, whose cells are computed some vectors at a time.
