@@ -33,10 +33,10 @@ inline Real morton_scale(const Box<Real>& extent) {
 }
 
 // The code of a point in a cube that begins at `low` and is cut into morton_cells along each side; `scale` is cells to
-// the metre. A point at infinity, where scale is 0 and the product NaN, gets the last cell.
-template <class T>
-inline auto morton_code(const Vector3<T>& point, const Vector3<T>& low, T scale) {
-  const Vector3<T> cell = scale * (point - low);
+// the metre. A point at infinity, where scale is 0 and the product NaN, gets the last cell. T is Real or floatv.
+template <class T, class Real>
+inline auto morton_code(const Vector3<T>& point, const Vector3<Real>& low, Real scale) {
+  const Vector3<T> cell = T(scale) * (point - Vector3<T>{low.x, low.y, low.z});
   const T last = T(morton_cells - 1);
   return morton_code(to_int(min(cell.x, last)), to_int(min(cell.y, last)), to_int(min(cell.z, last)));
 }

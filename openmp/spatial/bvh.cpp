@@ -50,17 +50,18 @@ Box<Real> extent_of(const Bounds<Real>& bounds) {
 // Sorts the bounded elements by the Morton codes of their centres, equal ones by number.
 void sort_by_code(const Bounds<Real>& bounds, std::vector<std::int32_t>& order) {
   const Box<Real> extent = extent_of(bounds);
-  const floatv scale = morton_scale(extent);
+  const Real scale = morton_scale(extent);
   const auto code = [&](int i) {
     const Box<floatv> box = load_boxes(bounds, i);
-    return morton_code(box.low + box.high, in_all_lanes(extent).low, scale);
+    return morton_code(box.low + box.high, extent.low, scale);
   };
   sort_by_key(bounds, morton_bits + 1, code, order);
 }
 
 // The box around the children of a node.
 Box<Real> box_of_node(const Tree<Real>& tree, int level, int node) {
-  return around_lanes(load_boxes(tree.boxes, tree.first[level - 1] + node * tree_width));
+  const Box<floatv> box = load_boxes(tree.boxes, tree.first[level - 1] + node * tree_width);
+  return around_lanes(box);
 }
 
 }  // namespace
