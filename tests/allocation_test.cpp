@@ -1,15 +1,8 @@
-// Kernels of the fluid, the cloth, the level sets and the rigid narrow phase where memory runs out: whichever
-// allocation fails, on whichever thread, the kernel throws std::bad_alloc to its caller. (An exception that leaves a
-// parallel region ends the program.)
-//
-// To that end this file replaces the program's operator new, which then fails when it is told to.
+// Kernels of the games where memory runs out (failing_allocation.h). To that end this file replaces the program's
+// operator new, which then fails when it is told to.
 #include <gtest/gtest.h>
-#include <omp.h>
 
-#include <atomic>
 #include <cstdlib>
-#include <functional>
-#include <new>
 
 #include "common/cloth/make.h"
 #include "common/cloth/relax.h"
@@ -22,15 +15,21 @@
 #include "common/levelset/initialize.h"
 #include "common/rigid/broad_phase.h"
 #include "common/rigid/narrow_phase.h"
+#include "tests/failing_allocation.h"
 #include "tests/rigid_shapes.h"
+
+std::atomic<long> lockstep::succeed = -1;
 
 namespace {
 
-std::atomic<long> succeed = -1;  // so many allocations, then one fails; negative: none does
+using lockstep::succeed;
 
+void* aligned(std::size_t size, std::size_t alignment) {
+  return std::aligned_alloc(alignment, (size + alignment) / alignment * alignment);
+}
 void* allocate(std::size_t size, std::size_t alignment) {
   if (succeed.load() >= 0 && succeed.fetch_sub(1) == 0) throw std::bad_alloc();
-  void* const memory = std::aligned_alloc(alignment, (size + alignment) / alignment * alignment);
+  void* const memory = aligned(size, alignment);
   if (!memory) throw std::bad_alloc();
   return memory;
 }
@@ -41,14 +40,10 @@ void* operator new(std::size_t size) { return allocate(size, __STDCPP_DEFAULT_NE
 void* operator new(std::size_t size, std::align_val_t alignment) {
   return allocate(size, static_cast<std::size_t>(alignment));
 }
-// The library's own passes on to the first above. A sanitizer's does not, and takes memory that free() may not give
-// back.
+// Does not fail: who asks so, such as std::stable_sort, does without. Replaced because a sanitizer's own takes memory
+// that free() may not give back.
 void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
-  try {
-    return operator new(size);
-  } catch (const std::bad_alloc&) {
-    return nullptr;
-  }
+  return aligned(size, __STDCPP_DEFAULT_NEW_ALIGNMENT__);
 }
 // Not inlined: gcc warns where it sees free() of what operator new gave.
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
@@ -58,31 +53,6 @@ void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
 
 namespace lockstep {
 namespace {
-
-// Runs `work` on a copy of `start` with its first allocation failing, then its second, and so on until none is left to
-// fail.
-template <class State>
-void every_allocation_may_fail(const State& start, const std::function<void(State&)>& work) {
-  const int before = omp_get_max_threads();
-  for (const int threads : {1, 3}) {
-    omp_set_num_threads(threads);
-    long allocations = 0;
-    for (bool failed = true; failed; ++allocations) {
-      State state = start;
-      bool thrown = false;
-      succeed = allocations;
-      try {
-        work(state);
-      } catch (const std::bad_alloc&) {
-        thrown = true;
-      }
-      failed = succeed.exchange(-1) < 0;
-      ASSERT_EQ(thrown, failed) << "allocation " << allocations << ", " << threads << " threads";
-    }
-    EXPECT_GT(allocations, 1);
-  }
-  omp_set_num_threads(before);
-}
 
 namespace fluid_kernels {
 
