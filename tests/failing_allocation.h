@@ -1,5 +1,5 @@
-// Kernels where memory runs out: whichever allocation fails, on whichever thread, the kernel must throw std::bad_alloc to
-// its caller. (An exception that leaves a parallel region ends the program.)
+// Kernels where memory runs out: whichever allocation fails, on whichever thread, the kernel must throw std::bad_alloc
+// to its caller. (An exception that leaves a parallel region ends the program.)
 #pragma once
 
 #include <gtest/gtest.h>

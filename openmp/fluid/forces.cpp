@@ -38,7 +38,7 @@ namespace {
 
 using namespace lockstep::openmp;
 
-// Adds the terms of the pairs (i, j), i < j, of the particles `own` and `run`: of i to sum[i], of j to its acceleration.
+// Adds the terms of the pairs (i, j), i < j, of the particles `own` and `run`: i's to sum[i], j's to its acceleration.
 // Model and pointers are copies: to the compiler, the stores could change what references lead to.
 void add_terms(Model<Real> model, Run own, Run run, Vector3<const float*> p, Vector3<const float*> v,
                const Real* density, Vector3<float*> acceleration, Vector3<floatv>* sum);
