@@ -21,9 +21,9 @@ struct Moving {
   StepMemory<float> memory;
 };
 
-// A substep of water with a surface, particles and a source.
+// A substep of water with a surface and particles.
 TEST(ProductionAllocation, FailsOutsideOfTheFluidsStep) {
-  const Scene scene = load_scene("scenes/production_fluid/jet_24.toml");
+  const Scene scene = load_scene("scenes/production_fluid/open_top.toml");
   Moving start = {scene.model, {}, {}};
   start.liquid.fluid = scene.fluid;
   start.model.frame = 1e-3;
