@@ -39,7 +39,8 @@ namespace {
 using namespace lockstep::openmp;
 
 // Adds the terms of the pairs (i, j), i < j, of the particles `own` and `run`: i's to sum[i], j's to its acceleration.
-// Model and pointers are copies: to the compiler, the stores could change what references lead to.
+// Model and pointers are passed by value: stores could change what a reference refers to, so the compiler would load it
+// again after each.
 void add_terms(Model<Real> model, Run own, Run run, Vector3<const float*> p, Vector3<const float*> v,
                const Real* density, Vector3<float*> acceleration, Vector3<floatv>* sum);
 

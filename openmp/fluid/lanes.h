@@ -6,9 +6,9 @@
 
 namespace lockstep::fluid::openmp {
 
-// The vector of particle i; of arrays, or of pointers to them.
-template <class Vectors>
-LOCKSTEP_INLINE Vector3<floatv> repeat_at(const Vectors& vectors, int i) {
+// The vector of particle i, in every lane. Arrays: Vectors, or pointers to its components.
+template <class Arrays>
+LOCKSTEP_INLINE Vector3<floatv> repeat_at(const Arrays& vectors, int i) {
   return {vectors.x[i], vectors.y[i], vectors.z[i]};
 }
 

@@ -60,7 +60,7 @@ void plane_pairs(const Colliders<Real>& colliders, std::span<const Pose<Real>> p
     return inside & bounded(box) & (plane.group != load(&colliders.group[i], inside)) &
            (lowest_corner(box, plane.normal, plane.point) <= 0.f);
   };
-  // Not inlined into the guarded loop below, where it keeps less in registers: 100,000 boxes took 71 us instead of 63.
+  // Not inlined: inlined into the guarded loop below, it took 71 us instead of 63 (boxes_100k, one thread, AVX-512).
   const auto pairs_of = [&](const Strip& strip) __attribute__((noinline)) {
     const auto [begin, end, first, last] = strip;
     Pairs result;
