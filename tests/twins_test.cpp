@@ -93,7 +93,7 @@ const std::map<std::string, int> floors = {
     {"rigid/integrate", 84},
     {"rigid/match_contacts", 93},
     {"rigid/narrow_phase", 88},
-    {"rigid/place_colliders", 80},
+    {"rigid/place_colliders", 81},
     {"rigid/plane_pairs", 79},
     {"rigid/planes", 57},
     {"rigid/spheres", 73},

@@ -16,16 +16,17 @@ class Front {
  public:
   // `distance` stays the caller's; lower() writes to it.
   explicit Front(Field<Real>& distance)
-      : distance_(distance), place_(make_field<std::int32_t>(distance.nx, distance.ny, distance.nz, 0, untried)) {}
+      : distance_(distance), place_(distance.value.size(), untried) {}
 
   bool empty() const { return heap_.empty(); }
-  bool has_accepted(const Point& p) const { return place_(p.x, p.y, p.z) == accepted; }
-  void accept(const Point& p) { place_(p.x, p.y, p.z) = accepted; }
+  bool has_accepted(std::size_t index) const { return place_[index] == accepted; }
+  bool has_accepted(const Point& p) const { return has_accepted(index_of(p)); }
+  void accept(const Point& p) { place_[index_of(p)] = accepted; }
 
   // Sets the distance of a point: lowers that of a trial point, or makes an untried point a trial point.
   void lower(const Point& p, Real distance) {
-    distance_(p.x, p.y, p.z) = distance;
-    int& place = place_(p.x, p.y, p.z);
+    distance_.value[index_of(p)] = distance;
+    std::int32_t& place = place_[index_of(p)];
     if (place == untried) {
       place = static_cast<int>(heap_.size());
       heap_.push_back({distance, p});
@@ -56,9 +57,11 @@ class Front {
     bool operator<(const Entry& other) const { return distance < other.distance; }
   };
 
+  std::size_t index_of(const Point& p) const { return distance_.index(p.x, p.y, p.z); }
+
   void put(int place, const Entry& entry) {
     heap_[place] = entry;
-    place_(entry.point.x, entry.point.y, entry.point.z) = place;
+    place_[index_of(entry.point)] = place;
   }
 
   void rise(int place) {
@@ -81,7 +84,7 @@ class Front {
   }
 
   Field<Real>& distance_;
-  Field<std::int32_t> place_;
+  Array<std::int32_t> place_;  // [index of the point in the field of distances]
   std::vector<Entry> heap_;
 };
 

@@ -42,13 +42,10 @@ struct Candidates {
     index.resize(2 * padded(n));
   }
 
-  // One component is enough.
-  void end_with_nowhere() { store(&x[count], floatv(nowhere)); }
-
   // Packs those particles of `runs` that are within h of the box around the particles `own`: all that may be within h
   // of one of them. The distance to the box is computed like the distance to a particle, from smaller differences.
   // Rounding is monotonic, so it never comes out larger.
-  void pack_near(const Run& own, const Runs& runs, const Vectors<float>& position, float h2) {
+  void pack(const Run& own, const Runs& runs, const Vectors<float>& position, float h2) {
     constexpr float infinite = std::numeric_limits<float>::infinity();
     Vector3<float> low = {infinite, infinite, infinite}, high = {-infinite, -infinite, -infinite};
     int room = 0;
@@ -77,29 +74,7 @@ struct Candidates {
         k += lockstep::count(near);
       }
     count = k;
-    end_with_nowhere();
-  }
-
-  void pack(const Runs& runs, const Vectors<float>& position) {
-    count = 0;
-    for (const Run& run : runs) count += run.end - run.begin;
-    make_room(count);
-    float *to_x = x.data(), *to_y = y.data(), *to_z = z.data();
-    std::int32_t* to_index = index.data();
-    const float *from_x = position.x.data(), *from_y = position.y.data(), *from_z = position.z.data();
-    int k = 0;
-    for (const Run& run : runs) {
-      // Whole vectors: what is written beyond a run is overwritten by the next one.
-      for (int j = run.begin; j < run.end; j += lanes) {
-        const int to = k + j - run.begin;
-        store(to_x + to, load(from_x + j));
-        store(to_y + to, load(from_y + j));
-        store(to_z + to, load(from_z + j));
-        store(to_index + to, lane_index() + j);
-      }
-      k += run.end - run.begin;
-    }
-    end_with_nowhere();
+    store(&x[count], floatv(nowhere));  // one component is enough
   }
 };
 

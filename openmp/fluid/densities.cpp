@@ -6,9 +6,10 @@
 // and a cell that two threads may update is updated under its lock, taken once for all pairs of two cells. The order in
 // which threads reach a shared cell changes the rounding: only these forms depend on timing.
 //
-// Owner-gather: every particle tests all 27 cells and sums for itself. The candidates of a cell are packed once, side
-// by side, so that all particles of the cell test full vectors of them. No lock, and the same bits at every thread
-// count. The neighbours found are compressed into lists, so that the forces need no search and work on full vectors.
+// Owner-gather: every particle tests the candidates of all 27 cells and sums for itself. The candidates of a cell,
+// those within h of the box around its particles, are packed once, side by side, so that all particles of the cell test
+// full vectors of them. No lock, and the same bits at every thread count. The neighbours found are compressed into
+// lists, so that the forces need no search and work on full vectors.
 //
 // Pair lists: every pair is met once, without locks. The pairs of the particles of plane z of cells with what follows
 // them in cell order reach planes z and z + 1 only, and the particles of both stand side by side. The thread of plane z
@@ -19,8 +20,8 @@
 //     plane z                    own z       reaction z + 1   and a particle's total is own + reaction.
 //
 // The scratch of two planes fits a core's own cache. The same bits at every thread count. Candidates are packed as for
-// owner-gather, but only those within h of the block's box, and once for a block of two cells: that halves the packing,
-// which costs as much as the tests, and adds few candidates.
+// owner-gather, but once for a block of two cells: that halves the packing, which costs as much as the tests, and adds
+// few candidates.
 //
 // About 15 % of the pairs tested lie within h; the rest are lanes that add zero. notes/fluid.md says what that costs.
 //
@@ -171,7 +172,7 @@ void densities_owner_gather(const Model<Real>& model, const Grid<Real>& grid, co
         for (int x = 0; x < grid.x.cells; ++x) {
           const Run own = row_run(grid, x, x, y, z);
           if (own.begin == own.end) continue;
-          candidates.pack(neighbour_runs(grid, x, y, z), p);
+          candidates.pack(own, neighbour_runs(grid, x, y, z), p, model.smoothing_length_2);
           // Copies held in registers: to the compiler, the stores below could change the originals.
           const Real h2 = model.smoothing_length_2;
           const auto [cx, cy, cz, index, count] = candidates.pointers();
@@ -226,7 +227,7 @@ void densities_pair_lists(const Model<Real>& model, const Grid<Real>& grid, cons
             const int x_last = x + block_cells - 1;
             const Run block = row_run(grid, x, x_last, y, z);
             if (block.begin == block.end) continue;
-            candidates.pack_near(block, forward_runs(grid, x, x_last, y, z), particles.position, h2);
+            candidates.pack(block, forward_runs(grid, x, x_last, y, z), particles.position, h2);
             const std::size_t room = end + std::size_t(block.end - block.begin) * candidates.count;
             make_room(list, room);
             make_room(distance_2, room);

@@ -22,13 +22,13 @@ using namespace lockstep::openmp;
 
 // The upwind solution at a point from its accepted neighbours.
 Real from_accepted(const Field<Real>& d, const Front<Real>& front, const Point& p) {
-  const auto at = [&](int dx, int dy, int dz) {
-    const Point n = {p.x + dx, p.y + dy, p.z + dz};
-    const bool there = n.x >= 0 && n.x < d.nx && n.y >= 0 && n.y < d.ny && n.z >= 0 && n.z < d.nz;
-    return there && front.has_accepted(n) ? d(n.x, n.y, n.z) : far<Real>;
+  const std::size_t here = d.index(p.x, p.y, p.z), line = d.pitch, plane = d.ny * line;
+  const auto at = [&](std::size_t index) { return front.has_accepted(index) ? d.value[index] : far<Real>; };
+  // Of the two neighbours along an axis of n points, `stride` values apart; i is the point's coordinate along it.
+  const auto nearer = [&](int i, int n, std::size_t stride) {
+    return min(i > 0 ? at(here - stride) : far<Real>, i < n - 1 ? at(here + stride) : far<Real>);
   };
-  return upwind(min(at(-1, 0, 0), at(1, 0, 0)), min(at(0, -1, 0), at(0, 1, 0)), min(at(0, 0, -1), at(0, 0, 1)),
-                d.spacing);
+  return upwind(nearer(p.x, d.nx, 1), nearer(p.y, d.ny, line), nearer(p.z, d.nz, plane), d.spacing);
 }
 
 void fast_marching_heap(Distances<Real>& distances, Real band) {

@@ -70,16 +70,23 @@ LOCKSTEP_INLINE Block pop(const Work& work, Queue& queue) {
   return block;
 }
 
+// Runs a stage on up to sixteen pairs off its queue.
+template <class Stage>
+LOCKSTEP_INLINE void run_stage(Work& work, Queue& queue, Stage stage) {
+  Block block = pop(work, queue);
+  stage(work, block);
+}
+
 // The next stage, for the pairs of a block that need it: at once where all sixteen do, as in stacks, or else when the
 // queue has sixteen.
 template <class Stage>
-LOCKSTEP_INLINE void go_on(Work& work, Queue& queue, const Block& block, maskv mask, Stage stage) {
+LOCKSTEP_INLINE void go_on(Work& work, Queue& queue, Block& block, maskv mask, Stage stage) {
   if (all(mask)) return stage(work, block);
   store(queue.pair + queue.count, compress(mask, load(block.pair.index)));
   store(queue.number + queue.count, compress(mask, block.axis.number));
   store(queue.separation + queue.count, compress(mask, block.axis.separation));
   queue.count += count(mask);
-  if (queue.count >= lanes) stage(work, pop(work, queue));
+  if (queue.count >= lanes) run_stage(work, queue, stage);
 }
 
 void no_contacts(const Work& work, const Indices& pair, maskv mask) {
@@ -152,8 +159,7 @@ void edge_contacts(Work& work, const Block& block) {
 }
 
 // Sixteen pairs that no face separates.
-void edge_tests(Work& work, const Block& untested) {
-  Block block = untested;
+void edge_tests(Work& work, Block& block) {
   maskv active = block.active;
   block.axis = best_axis<floatv>(block.boxes, work.margin, block.axis, active);
   no_contacts(work, block.pair, block.active & ~active);
@@ -195,9 +201,9 @@ void box_box(const Placed<Real>& placed, std::span<const Pair> pairs, Real margi
     // Every pair is taken once, goes from queue to queue of the thread that took it, and has a manifold of its own.
 #pragma omp for schedule(dynamic, vectors) nowait
     for (int k = 0; k < count; k += lanes) face_tests(work, k);
-    if (work.edge_tests.count > 0) edge_tests(work, pop(work, work.edge_tests));
-    if (work.faces.count > 0) face_contacts(work, pop(work, work.faces));
-    if (work.edges.count > 0) edge_contacts(work, pop(work, work.edges));
+    if (work.edge_tests.count > 0) run_stage(work, work.edge_tests, edge_tests);
+    if (work.faces.count > 0) run_stage(work, work.faces, face_contacts);
+    if (work.edges.count > 0) run_stage(work, work.edges, edge_contacts);
   }
 }
 

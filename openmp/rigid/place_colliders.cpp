@@ -55,16 +55,13 @@ void place_colliders(const World<Real>& world, Real margin, Array<Pose<Real>>& p
     const Indices body = indices_of(load(&colliders.body[i], inside));
     const Pose<floatv> pose = in_world(load_pose(world.bodies.pose, body), load_pose(colliders.local, index));
     store_pose(placed, index, pose, inside);
-    const intv hull_or_none = load(&colliders.hull[i], inside);
-    const maskv plane = hull_or_none < 0;
-    const intv hull = select(plane, 0, hull_or_none);
+    const intv hull = load(&colliders.hull[i], inside);
     const Quad<floatv> size = load_quad(colliders.size, index);
     const floatv widening = size.w + margin;
-    const Quad<floatv> centre = load_quad(hulls.centre, indices_of(hull)),
-                       half = load_quad(hulls.half, indices_of(hull));
-    const maskv full = fills_its_box(hull);
-    Box<floatv> box = box_around(pose, size, centre, half, widening);
-    if (!all(full)) box = select(full, box, box_around_vertices(hulls, hull, pose, size, widening));
+    const maskv plane = hull < 0, full = fills_its_box(hull);  // a plane has no hull: lanes of planes use the first
+    const Indices of = indices_of(max(hull, 0));
+    Box<floatv> box = box_around(pose, size, load_quad(hulls.centre, of), load_quad(hulls.half, of), widening);
+    if (!all(full)) box = select(full, box, box_around_vertices(hulls, max(hull, 0), pose, size, widening));
     store_boxes(bounds, i, select(plane, in_all_lanes(whole_space<Real>), box));
   }
 }

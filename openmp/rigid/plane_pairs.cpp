@@ -57,8 +57,9 @@ void plane_pairs(const Colliders<Real>& colliders, std::span<const Pose<Real>> p
   const std::vector<Plane> planes = planes_of(colliders, placed);
   const auto touch = [&](const Plane& plane, int i, maskv inside) {
     const Box<floatv> box = load_boxes(bounds, i);
-    return inside & bounded(box) & (plane.group != load(&colliders.group[i], inside)) &
-           (lowest_corner(box, plane.normal, plane.point) <= 0.f);
+    const maskv below = inside & bounded(box) & (lowest_corner(box, plane.normal, plane.point) <= 0.f);
+    // Most boxes are above all planes: their groups need not be loaded.
+    return none(below) ? below : below & (plane.group != load(&colliders.group[i], inside));
   };
   // Not inlined: inlined into the guarded loop below, it took 71 us instead of 63 (boxes_100k, one thread, AVX-512).
   const auto pairs_of = [&](const Strip& strip) __attribute__((noinline)) {

@@ -29,16 +29,15 @@ Fixed fixed_points(const Distances<Real>& distances) {
   return fixed;
 }
 
-// The distance of the nearer of the two neighbours along an axis; `far` beyond the grid.
-Real nearer(const Field<Real>& d, int x, int y, int z, int dx, int dy, int dz) {
-  const auto at = [&](int x, int y, int z) {
-    return x >= 0 && x < d.nx && y >= 0 && y < d.ny && z >= 0 && z < d.nz ? d(x, y, z) : far<Real>;
-  };
-  return min(at(x - dx, y - dy, z - dz), at(x + dx, y + dy, z + dz));
+// The distance of the nearer of the two neighbours along an axis of n points, `stride` values apart; `far` beyond the
+// grid. `here` is the value at a point whose coordinate along the axis is i.
+Real nearer(const Real* here, int i, int n, std::ptrdiff_t stride) {
+  return min(i > 0 ? here[-stride] : far<Real>, i < n - 1 ? here[stride] : far<Real>);
 }
 
 // One sweep; says whether it changed anything.
 bool sweep(Field<Real>& d, const Fixed& fixed, const Reach& reach, Real band, int step_x, int step_y, int step_z) {
+  const std::ptrdiff_t line = d.pitch, plane = d.ny * line;  // values from one to the next
   bool changed = false;
   for (int z = step_z > 0 ? 0 : d.nz - 1; z >= 0 && z < d.nz; z += step_z)
     for (int y = step_y > 0 ? 0 : d.ny - 1; y >= 0 && y < d.ny; y += step_y) {
@@ -47,10 +46,11 @@ bool sweep(Field<Real>& d, const Fixed& fixed, const Reach& reach, Real band, in
         const auto [begin, end] = reach.extents[e];
         for (int x = step_x > 0 ? begin : end - 1; x >= begin && x < end; x += step_x) {
           if (fixed(x, y, z)) continue;
-          const Real u =
-              upwind(nearer(d, x, y, z, 1, 0, 0), nearer(d, x, y, z, 0, 1, 0), nearer(d, x, y, z, 0, 0, 1), d.spacing);
-          if (u < d(x, y, z) && u <= band) {
-            d(x, y, z) = u;
+          Real& here = d(x, y, z);
+          const Real u = upwind(nearer(&here, x, d.nx, 1), nearer(&here, y, d.ny, line), nearer(&here, z, d.nz, plane),
+                                d.spacing);
+          if (u < here && u <= band) {
+            here = u;
             changed = true;
           }
         }

@@ -39,16 +39,15 @@ void place_colliders(const World<Real>& world, Real margin, Array<Pose<Real>>& p
     const Pose<Real> pose = in_world(world.bodies.pose[colliders.body[i]], colliders.local[i]);
     placed[i] = pose;
     const int hull = colliders.hull[i];
-    if (hull < 0) {
-      bounds.set(i, whole_space<Real>);
-      continue;
-    }
     const Quad<Real>& size = colliders.size[i];
     const Real widening = size.w + margin;
-    const Quad<Real>&centre = hulls.centre[hull], &half = hulls.half[hull];
-    const Box<Real> box = fills_its_box(hull) ? box_around(pose, size, centre, half, widening)
-                                              : box_around_vertices(hulls, hull, pose, size, widening);
-    bounds.set(i, box);
+    const bool plane = hull < 0, full = fills_its_box(hull);  // a plane has no hull
+    if (!plane && full)
+      bounds.set(i, box_around(pose, size, hulls.centre[hull], hulls.half[hull], widening));
+    else if (!plane)
+      bounds.set(i, box_around_vertices(hulls, hull, pose, size, widening));
+    else
+      bounds.set(i, whole_space<Real>);
   }
 }
 

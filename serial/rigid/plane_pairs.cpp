@@ -32,8 +32,8 @@ void plane_pairs(const Colliders<Real>& colliders, std::span<const Pose<Real>> p
                  Pairs& pairs) {
   const std::vector<Plane> planes = planes_of(colliders, placed);
   const auto touch = [&](const Plane& plane, int i) {
-    return bounds.bounded(i) && plane.group != colliders.group[i] &&
-           lowest_corner(bounds.box(i), plane.normal, plane.point) <= 0;
+    return bounds.bounded(i) && lowest_corner(bounds.box(i), plane.normal, plane.point) <= 0 &&
+           plane.group != colliders.group[i];
   };
 
   pairs.clear();

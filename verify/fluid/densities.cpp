@@ -82,11 +82,8 @@ std::vector<int> numbers_of_candidates(const Fluid<float>& fluid, Densities<floa
     for (int y = 0; y < grid.y.cells; ++y)
       for (int x = 0; x < grid.x.cells; x += block) {
         const Run own = row_run(grid, x, x + block - 1, y, z);
-        if (pairs)
-          candidates.pack_near(own, forward_runs(grid, x, x + block - 1, y, z), position,
-                               fluid.model.smoothing_length_2);
-        else
-          candidates.pack(neighbour_runs(grid, x, y, z), position);
+        const Runs runs = pairs ? forward_runs(grid, x, x + block - 1, y, z) : neighbour_runs(grid, x, y, z);
+        candidates.pack(own, runs, position, fluid.model.smoothing_length_2);
         numbers.insert(numbers.end(), own.end - own.begin, candidates.count);
       }
   return numbers;
