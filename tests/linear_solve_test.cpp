@@ -15,7 +15,11 @@ namespace {
 
 template <class Real>
 System<Real> serial_system(const Rows<Real>& a, const auto& precondition) {
-  return {[&](std::span<const Real> x, std::span<Real> y) { return serial::multiply_and_dot(a, x, y); }, precondition,
+  return {[&](std::span<const Real> x, std::span<Real> y) { return serial::multiply_and_dot(a, x, y); },
+          [=](std::span<const Real> x, std::span<Real> y) {
+            precondition(x, y);
+            return serial::dot(x, std::span<const Real>(y));
+          },
           [&](std::span<const Real> b, std::span<const Real> x) { return residual_norm(a, b, x); }};
 }
 
@@ -287,7 +291,9 @@ TEST(LinearConjugateGradients, HasTheSerialBits) {
       Array<float> y(a.rows);
       const Solution o = openmp::conjugate_gradients(
           {[&](std::span<const float> p, std::span<float> q) { return openmp::multiply_and_dot(sliced, p, q); },
-           [&](std::span<const float> r, std::span<float> z) { openmp::solve(lanes_of_f, r, z); },
+           [&](std::span<const float> r, std::span<float> z) {
+             return openmp::solve(lanes_of_f, r, z), openmp::dot(r, z);
+           },
            [&](std::span<const float> c, std::span<const float> z) { return residual_norm(a, c, z); }},
           b, y, {});
       EXPECT_EQ(o.iterations, s.iterations);
@@ -305,7 +311,10 @@ TEST(LinearConjugateGradients, HasTheSerialBits) {
          serial::multiply(a, p, q);
          return serial::dot(p, std::span<const float>(q));
        },
-       [&](std::span<const float> r, std::span<float> z) { serial::multiply(diagonal, r, z); }, residual},
+       [&](std::span<const float> r, std::span<float> z) {
+         return serial::multiply(diagonal, r, z), serial::dot(r, std::span<const float>(z));
+       },
+       residual},
       b, x, {});
   EXPECT_NEAR(s.true_residual, (to_eigen(b) - to_eigen(scalar_rows(a)) * to_eigen(x)).norm() / to_eigen(b).norm(),
               1e-3 * s.true_residual);
@@ -316,7 +325,10 @@ TEST(LinearConjugateGradients, HasTheSerialBits) {
            openmp::multiply(sliced, p, q);
            return openmp::dot(p, q);
          },
-         [&](std::span<const float> r, std::span<float> z) { openmp::multiply(sliced_diagonal, r, z); }, residual},
+         [&](std::span<const float> r, std::span<float> z) {
+           return openmp::multiply(sliced_diagonal, r, z), openmp::dot(r, z);
+         },
+         residual},
         b, y, {});
     EXPECT_EQ(o.iterations, s.iterations);
     EXPECT_TRUE(same_bits(y, x));

@@ -2,8 +2,9 @@
 // and for domains whose vectors have an order of their own.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
+#include <span>
+#include <type_traits>
 
 #include "common/linear/conjugate_gradients.h"
 #include "common/linear/dot.h"
@@ -22,15 +23,23 @@ struct VectorKernels {
   Descend<Real>& descend;
 };
 
+// What the loop works with: the solution, the residual, M^-1 r and the direction. All are 0 before the loop. The caller
+// owns them: it can keep them, and zero them with all threads. On grids, what the loop itself did with one thread would
+// cost as much as an iteration on a dozen.
+template <class Real>
+struct Work {
+  std::span<Real> x, r, z, p;
+};
+
 // Vectors has functions dot, axpy, advance and descend, as dot.h and update.h say.
 template <class Real, class Vectors>
-Solution iterate(const Vectors& vectors, const System<Real>& system, std::span<const Real> b, std::span<Real> x,
-                 const Stop& stop) {
-  std::fill(x.begin(), x.end(), Real(0));
+Solution iterate(const Vectors& vectors, const System<Real>& system, std::type_identity_t<std::span<const Real>> b,
+                 const std::type_identity_t<Work<Real>>& work, const Stop& stop) {
+  const auto [x, r, z, p] = work;
   const double norm_of_b = std::sqrt(vectors.dot(b, b));
   if (norm_of_b == 0) return {};
 
-  Array<Real> r(b.begin(), b.end()), z(b.size()), p(b.size());
+  vectors.axpy(1, b, r);
   const std::span<Real> q = z;  // A p, in the place of z, which is not read after p is made
   Solution solution{.iterations = 0, .recursive_residual = 1, .true_residual = 1};
   double& residual = solution.recursive_residual;
@@ -40,11 +49,10 @@ Solution iterate(const Vectors& vectors, const System<Real>& system, std::span<c
   double rz = 0;
   Real step = 0;  // along p; added to x when the next direction is made, or at the end
   while (!done()) {
-    system.precondition(r, z);
     const double rz_before = rz;
-    rz = vectors.dot(r, z);
+    rz = system.precondition(r, z);
     if (solution.iterations == 0)
-      std::copy(z.begin(), z.end(), p.begin());
+      vectors.advance(0, z, 0, x, p);  // p = z
     else
       vectors.advance(step, z, static_cast<Real>(rz / rz_before), x, p);
     const double pq = system.multiply(p, q);

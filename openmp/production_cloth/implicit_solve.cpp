@@ -236,6 +236,7 @@ linear::Solution implicit_solve(const Elements<Real>& elements, const Vectors<Re
   };
   const auto precondition = [&](std::span<const Real> r, std::span<Real> z) {
     linear::openmp::multiply(memory.inverse, r, z);
+    return linear::openmp::dot(r, z);
   };
   const linear::Solution solution =
       linear::openmp::conjugate_gradients({multiply, precondition, nullptr}, memory.b, memory.x, stop);

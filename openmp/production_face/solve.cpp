@@ -130,7 +130,11 @@ linear::Solution solve(const SlicedBlockRows& k, const Precondition& preconditio
                                              linear::openmp::multiply(k, p, q);
                                              return linear::openmp::dot(p, q);
                                            },
-                                       .precondition = precondition,
+                                       .precondition =
+                                           [&](std::span<const Real> r, std::span<Real> z) {
+                                             precondition(r, z);
+                                             return linear::openmp::dot(r, z);
+                                           },
                                        .residual = nullptr,
                                        .refresh =
                                            [&](std::span<Real> x, std::span<Real> r) {

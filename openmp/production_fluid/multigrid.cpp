@@ -124,10 +124,13 @@ void smooth_band(Level& level, std::span<const Real> right, int first_colour) {
   }
 }
 
-void smooth(const Level& level, std::span<const Real> right, std::span<Real> z) {
+// Returns right . z: conjugate gradients need it, and here both are at hand.
+double smooth(const Level& level, std::span<const Real> right, std::span<Real> z) {
   const auto load_all = [](const Real* p) { return load(p); };
-  for_each_place(level, [&](std::size_t i) {
-    store(&z[i], jacobi(load(&level.guess[i]), solve_row(level, right, level.guess, i, load_all)));
+  return sum(level, [&](std::size_t i) {
+    const floatv found = jacobi(load(&level.guess[i]), solve_row(level, right, level.guess, i, load_all));
+    store(&z[i], found);
+    return to_double(load(&right[i])) * to_double(found);
   });
 }
 
@@ -217,8 +220,8 @@ void add_correction(const Level& coarse, Level& fine) {
   });
 }
 
-// z = M^-1 r on a level. Until the end, z holds the residual.
-void cycle(std::vector<Level>& levels, std::size_t of, std::span<const Real> r, std::span<Real> z) {
+// z = M^-1 r on a level; returns r . z. Until the end, z holds the residual.
+double cycle(std::vector<Level>& levels, std::size_t of, std::span<const Real> r, std::span<Real> z) {
   Level& level = levels[of];
   first_guess(level, r);
   smooth_band(level, r, 0);
@@ -230,7 +233,7 @@ void cycle(std::vector<Level>& levels, std::size_t of, std::span<const Real> r, 
     add_correction(coarse, level);
   }
   smooth_band(level, r, 1);
-  smooth(level, r, z);
+  return smooth(level, r, z);
 }
 
 // --- What conjugate gradients need besides
@@ -273,17 +276,19 @@ void multigrid_cycle(const System<Real>& system, std::span<const Real> r, std::s
 
 linear::Solution pressure_solve_multigrid(const System<Real>& system, const PressureSettings& settings,
                                           PressureMemory<Real>& memory, Array<double>& q) {
-  q.assign(system.cells.size(), 0);
+  q.resize(system.cells.size()), fill_with_zeros(q);
   std::vector<Level> levels = make_levels(system, memory);
   const linear::System<Real> operators = {
       .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(levels[0], x, y); },
-      .precondition = [&](std::span<const Real> x, std::span<Real> y) { cycle(levels, 0, x, y); },
+      .precondition = [&](std::span<const Real> x, std::span<Real> y) { return cycle(levels, 0, x, y); },
       .residual = nullptr,
       .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, levels[0], q, x, r); }};
-  Array<Real> x = memory.take(system.cells.size());
+  const auto zeros = [&] { return take_zeros(memory, system.cells.size()); };
+  Array<Real> x = zeros(), r = zeros(), z = zeros(), p = zeros();
   const linear::Solution solution =
-      linear::iterate(Vectors{levels[0]}, operators, std::span<const Real>(system.right), std::span(x), settings.stop);
-  memory.give_back(x), give_back(levels, memory);
+      linear::iterate(Vectors{levels[0]}, operators, system.right, {x, r, z, p}, settings.stop);
+  for (Array<Real>* array : {&x, &r, &z, &p}) memory.give_back(*array);
+  give_back(levels, memory);
   return solution;
 }
 

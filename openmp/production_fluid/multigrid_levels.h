@@ -16,6 +16,7 @@
 #include "common/linear/dot.h"
 #include "common/production_fluid/multigrid.h"
 #include "common/simd.h"
+#include "openmp/production_fluid/zeros.h"
 
 namespace lockstep::production_fluid::openmp {
 
@@ -56,16 +57,15 @@ LOCKSTEP_INLINE maskv rows_from(const Level& level, std::size_t i) {
   return lanes_of((of_vector[0] | std::uint32_t(of_vector[1]) << lanes) >> i % lanes & 0xffff);
 }
 
-// Threads share the work of grids with at least as many parts. On smaller ones to meet would take longer.
-inline constexpr std::ptrdiff_t parts_to_share = 16;
-inline bool is_shared(const std::vector<Part>& parts) { return std::ssize(parts) >= parts_to_share; }
+// Threads share the work of grids with at least as many parts.
+inline bool is_shared(const std::vector<Part>& parts) { return std::ssize(parts) >= blocks_to_share; }
 inline bool is_shared(const Level& level) { return is_shared(level.parts); }
 
 // Calls f(y, z) for each line.
 template <class F>
 void for_each_line(const Bordered& cells, const F& f) {
   // What f writes belongs to its line.
-#pragma omp parallel for collapse(2) schedule(static) if (cells.size() >= parts_to_share * linear::dot_block)
+#pragma omp parallel for collapse(2) schedule(static) if (cells.size() >= blocks_to_share * linear::dot_block)
   for (int z = 0; z < cells.nz; ++z)
     for (int y = 0; y < cells.ny; ++y) f(y, z);
 }
@@ -97,16 +97,6 @@ inline Kinds coarser_kinds(const Kinds& fine) {
     for (int x = 0; x < nx; ++x) kind[x] = kind_of_parent(child + 2 * x, line, plane);
   });
   return kinds;
-}
-
-// Room for n zeros.
-inline Array<float> take_zeros(PressureMemory<float>& memory, std::size_t n) {
-  Array<float> array = memory.take(n);
-  const std::ptrdiff_t vectors = std::ssize(array) / lanes;
-  // An iteration writes a vector.
-#pragma omp parallel for schedule(static) if (vectors >= parts_to_share * linear::dot_block / lanes)
-  for (std::ptrdiff_t k = 0; k < vectors; ++k) store(&array[k * lanes], floatv(0.f));
-  return array;
 }
 
 inline Array<float> coarse_rows(const Kinds& kinds, PressureMemory<float>& memory) {

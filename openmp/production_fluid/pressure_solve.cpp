@@ -16,6 +16,7 @@
 #include "common/simd.h"
 #include "common/simd_double.h"
 #include "openmp/production_fluid/skewed.h"
+#include "openmp/production_fluid/zeros.h"
 
 namespace lockstep::production_fluid::openmp {
 namespace {
@@ -204,7 +205,7 @@ template <class Kind>
 Array<Real> make_inverses(const Skewed& skewed, const Kind& kind, const Array<Real>& diagonal,
                           const linear::Modification& modification, PressureMemory<Real>& memory) {
   const floatv tau = static_cast<Real>(modification.tau), sigma = static_cast<Real>(modification.sigma);
-  Array<Real> inverse = memory.take_zeros(skewed.size()), share = memory.take_zeros(skewed.size());
+  Array<Real> inverse = take_zeros(memory, skewed.size()), share = take_zeros(memory, skewed.size());
   // The threads share parts as the kind says. A part writes its own cells.
 #pragma omp parallel
   kind.ascending([&](const Stretch& part, const Coupled& c) {
@@ -223,8 +224,8 @@ Array<Real> make_inverses(const Skewed& skewed, const Kind& kind, const Array<Re
 
 // z = M^-1 r.
 template <class Kind>
-void precondition(const Skewed& skewed, const Kind& kind, const Array<Real>& inverse, std::span<const Real> r,
-                  std::span<Real> z) {
+double precondition(const Skewed& skewed, const Kind& kind, const Array<Real>& inverse, std::span<const Real> r,
+                    std::span<Real> z) {
   // The threads share parts as the kind says. A part writes its own cells.
 #pragma omp parallel
   {
@@ -241,6 +242,7 @@ void precondition(const Skewed& skewed, const Kind& kind, const Array<Real>& inv
       });
     });
   }
+  return Vectors{skewed}.dot(r, z);
 }
 
 // --- To the order of the cells and back
@@ -288,7 +290,7 @@ void for_each_value(const Skewed& skewed, const Stretch& tile, std::span<const R
 }
 
 Array<Real> skew(const Skewed& skewed, const Array<Real>& of_cells, PressureMemory<Real>& memory) {
-  Array<Real> to = memory.take_zeros(skewed.size());
+  Array<Real> to = take_zeros(memory, skewed.size());
   for_each_tile(skewed,
                 [&](const Stretch& tile) { fill(skewed, tile, to, [&](std::size_t i) { return of_cells[i]; }); });
   return to;
@@ -316,20 +318,20 @@ double refresh(const System<Real>& system, const Skewed& skewed, Array<double>& 
 template <class Kind>
 linear::Solution solve(const System<Real>& system, const PressureSettings& settings, PressureMemory<Real>& memory,
                        Array<double>& q) {
-  q.assign(system.cells.size(), 0);
+  q.resize(system.cells.size()), fill_with_zeros(q);
   const Skewed skewed(system);
   const Kind kind{skewed};
   Array<Real> diagonal = skew(skewed, system.diagonal, memory), right = skew(skewed, system.right, memory),
               inverse = make_inverses(skewed, kind, diagonal, settings.modification, memory);
   const linear::System<Real> operators = {
       .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(skewed, diagonal, x, y); },
-      .precondition = [&](std::span<const Real> x, std::span<Real> y) { precondition(skewed, kind, inverse, x, y); },
+      .precondition = [&](auto r, auto z) { return precondition(skewed, kind, inverse, r, z); },
       .residual = nullptr,
       .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, skewed, q, x, r); }};
-  Array<Real> x = memory.take(skewed.size());
-  const linear::Solution solution =
-      linear::iterate(Vectors{skewed}, operators, std::span<const Real>(right), std::span(x), settings.stop);
-  for (Array<Real>* array : {&diagonal, &right, &inverse, &x}) memory.give_back(*array);
+  const auto zeros = [&] { return take_zeros(memory, skewed.size()); };
+  Array<Real> x = zeros(), r = zeros(), z = zeros(), p = zeros();
+  const linear::Solution solution = linear::iterate(Vectors{skewed}, operators, right, {x, r, z, p}, settings.stop);
+  for (Array<Real>* array : {&diagonal, &right, &inverse, &x, &r, &z, &p}) memory.give_back(*array);
   return solution;
 }
 

@@ -12,8 +12,8 @@
 
 #include <algorithm>
 
+#include "common/linear/conjugate_gradients.h"
 #include "common/linear/dot.h"
-#include "common/linear/iterate.h"
 #include "common/real.h"
 
 namespace lockstep::production_cloth::serial {
@@ -107,11 +107,10 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
   };
   const auto precondition = [&](std::span<const Real> r, std::span<Real> z) {
     for (int i = 0; i < elements.vertices; ++i) set(z, i, inverse_mass[i] * record(r, i));
+    return linear::serial::dot(r, z);
   };
-  const linear::VectorKernels<Real> kernels = {linear::serial::dot, linear::serial::axpy, linear::serial::advance,
-                                               linear::serial::descend};
   const linear::System<Real> system = {multiply, precondition, nullptr, nullptr};
-  const linear::Solution solution = linear::iterate<Real>(kernels, system, memory.b, memory.x, stop);
+  const linear::Solution solution = linear::serial::conjugate_gradients(system, memory.b, memory.x, stop);
 
   for (int i = 0; i < elements.vertices; ++i) {
     const Vector3<Real> v = load(velocity, i);

@@ -149,6 +149,7 @@ linear::Solution implicit_solve(const Elements<Real>& elements, const Vectors<Re
   };
   const auto precondition = [&](std::span<const Real> r, std::span<Real> z) {
     linear::serial::multiply(memory.inverse, r, z);
+    return linear::serial::dot(r, z);
   };
   const linear::Solution solution =
       linear::serial::conjugate_gradients({multiply, precondition, nullptr}, memory.b, memory.x, stop);

@@ -89,7 +89,11 @@ linear::Solution solve(const BlockRows<Real>& k, const Precondition& preconditio
                                              linear::serial::multiply(k, p, q);
                                              return linear::serial::dot(p, q);
                                            },
-                                       .precondition = precondition,
+                                       .precondition =
+                                           [&](std::span<const Real> r, std::span<Real> z) {
+                                             precondition(r, z);
+                                             return linear::serial::dot(r, z);
+                                           },
                                        .residual = nullptr,
                                        .refresh =
                                            [&](std::span<Real> x, std::span<Real> r) {

@@ -162,15 +162,19 @@ linear::Solution pressure_solve_multigrid(const System<Real>& system, const Pres
   std::vector<Level> levels = make_levels(system, memory);
   const linear::System<Real> operators = {
       .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(system, x, y); },
-      .precondition = [&](std::span<const Real> x, std::span<Real> y) { cycle(levels, 0, x, y); },
+      .precondition = [&](std::span<const Real> x, std::span<Real> y) {
+        cycle(levels, 0, x, y);
+        return linear::serial::dot(x, y);
+      },
       .residual = nullptr,
       .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, q, x, r); }};
   const linear::VectorKernels<Real> vectors = {linear::serial::dot, linear::serial::axpy, linear::serial::advance,
                                                linear::serial::descend};
-  Array<Real> x = memory.take(system.cells.size());
-  const linear::Solution solution =
-      linear::iterate(vectors, operators, std::span<const Real>(system.right), std::span(x), settings.stop);
-  memory.give_back(x), give_back(levels, memory);
+  const auto zeros = [&] { return memory.take_zeros(system.cells.size()); };
+  Array<Real> x = zeros(), r = zeros(), z = zeros(), p = zeros();
+  const linear::Solution solution = linear::iterate(vectors, operators, system.right, {x, r, z, p}, settings.stop);
+  for (Array<Real>* array : {&x, &r, &z, &p}) memory.give_back(*array);
+  give_back(levels, memory);
   return solution;
 }
 

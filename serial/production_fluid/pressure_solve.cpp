@@ -143,15 +143,16 @@ Array<Real> make_inverses(const System<Real>& system, int block, const linear::M
   return inverse;
 }
 
-// z = M^-1 r.
-void precondition(const System<Real>& system, int block, const Array<Real>& inverse, std::span<const Real> r,
-                  std::span<Real> z) {
+// z = M^-1 r. Returns r . z.
+double precondition(const System<Real>& system, int block, const Array<Real>& inverse, std::span<const Real> r,
+                    std::span<Real> z) {
   ascending(system, block, [&](std::size_t i, const Neighbours& n) {
     z[i] = forward(inverse[i], r[i], z[i - 1], z[i + n.low_y], z[i + n.low_z]);
   });
   descending(system, block, [&](std::size_t i, const Neighbours& n) {
     z[i] = backward(inverse[i], z[i], z[i + 1], z[i + n.high_y], z[i + n.high_z]);
   });
+  return Vectors{system}.dot(r, z);
 }
 
 linear::Solution solve(const System<Real>& system, int block, const PressureSettings& settings,
@@ -160,13 +161,14 @@ linear::Solution solve(const System<Real>& system, int block, const PressureSett
   Array<Real> inverse = make_inverses(system, block, settings.modification, memory);
   const linear::System<Real> operators = {
       .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(system, x, y); },
-      .precondition = [&](std::span<const Real> x, std::span<Real> y) { precondition(system, block, inverse, x, y); },
+      .precondition = [&](auto r, auto z) { return precondition(system, block, inverse, r, z); },
       .residual = nullptr,
       .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, q, x, r); }};
-  Array<Real> x = memory.take(system.cells.size());
+  const auto zeros = [&] { return memory.take_zeros(system.cells.size()); };
+  Array<Real> x = zeros(), r = zeros(), z = zeros(), p = zeros();
   const linear::Solution solution =
-      linear::iterate(Vectors{system}, operators, std::span<const Real>(system.right), std::span(x), settings.stop);
-  for (Array<Real>* array : {&inverse, &x}) memory.give_back(*array);
+      linear::iterate(Vectors{system}, operators, system.right, {x, r, z, p}, settings.stop);
+  for (Array<Real>* array : {&inverse, &x, &r, &z, &p}) memory.give_back(*array);
   return solution;
 }
 

@@ -117,9 +117,11 @@ Case make_jacobi(const std::string& path) {
   const auto d = std::make_shared<const Diagonal>(Diagonal{inverse, slice(inverse)});
   const auto residual = [in](In b, In x) { return residual_norm(in->scene.rows, b, x); };
   return make({.serial = {[in](In x, Out y) { return serial::multiply_and_dot(in->scene.rows, x, y); },
-                          [d](In x, Out y) { serial::multiply(d->rows, x, y); }, residual},
+                          [d](In x, Out y) { return serial::multiply(d->rows, x, y), serial::dot(x, In(y)); },
+                          residual},
                .openmp = {[in](In x, Out y) { return openmp::multiply_and_dot(in->sliced, x, y); },
-                          [d](In x, Out y) { openmp::multiply(d->sliced, x, y); }, residual},
+                          [d](In x, Out y) { return openmp::multiply(d->sliced, x, y), openmp::dot(x, y); },
+                          residual},
                .rows = in->scene.rows,
                .b = in->scene.b,
                .matrix_bytes = bytes_of(in->sliced) + bytes_of(d->sliced),
@@ -142,12 +144,14 @@ Case make_block_jacobi(const std::string& path) {
                             serial::multiply(in->scene.blocks, x, y);
                             return serial::dot(x, In(y));
                           },
-                          [d](In x, Out y) { serial::multiply(d->rows, x, y); }, residual},
+                          [d](In x, Out y) { return serial::multiply(d->rows, x, y), serial::dot(x, In(y)); },
+                          residual},
                .openmp = {[in](In x, Out y) {
                             openmp::multiply(in->sliced_blocks, x, y);
                             return openmp::dot(x, y);
                           },
-                          [d](In x, Out y) { openmp::multiply(d->sliced, x, y); }, residual},
+                          [d](In x, Out y) { return openmp::multiply(d->sliced, x, y), openmp::dot(x, y); },
+                          residual},
                .rows = in->scene.rows,
                .b = in->scene.b,
                .matrix_bytes = bytes_of(in->sliced_blocks) + bytes_of(d->sliced),
@@ -185,7 +189,7 @@ std::function<void(State&)> eigen_solve(const std::shared_ptr<const Inputs>& in)
 
 System<float> by_levels(const std::shared_ptr<const Factored>& in) {
   return {[in](In x, Out y) { return openmp::multiply_and_dot(in->sliced, x, y); },
-          [in](In x, Out y) { openmp::solve(in->sliced_factor, x, y); },
+          [in](In x, Out y) { return openmp::solve(in->sliced_factor, x, y), openmp::dot(x, y); },
           [in](In b, In x) { return residual_norm(in->rows, b, x); }};
 }
 
@@ -199,7 +203,7 @@ Case make_incomplete_cholesky(const std::string& path) {
   const auto in = factored(path);
   const auto scene = inputs(path);
   return make({.serial = {[in](In x, Out y) { return serial::multiply_and_dot(in->rows, x, y); },
-                          [in](In x, Out y) { serial::solve(in->factor, x, y); },
+                          [in](In x, Out y) { return serial::solve(in->factor, x, y), serial::dot(x, In(y)); },
                           [in](In b, In x) { return residual_norm(in->rows, b, x); }},
                .openmp = by_levels(in),
                .rows = in->rows,
@@ -219,7 +223,7 @@ Case make_incomplete_cholesky_for_natural(const std::string& path) {
   const auto factor =
       std::make_shared<const Factor<float>>(serial::incomplete_cholesky(scene->scene.rows, scene->scene.modification));
   const System<float> natural{[scene](In x, Out y) { return serial::multiply_and_dot(scene->scene.rows, x, y); },
-                              [factor](In x, Out y) { serial::solve(*factor, x, y); },
+                              [factor](In x, Out y) { return serial::solve(*factor, x, y), serial::dot(x, In(y)); },
                               [scene](In b, In x) { return residual_norm(scene->scene.rows, b, x); }};
   const System<float> levels = by_levels(in);
   const auto first = start(in->b.size());
