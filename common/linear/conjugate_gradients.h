@@ -35,7 +35,7 @@ namespace lockstep::linear {
 
 template <class Real>
 struct System {
-  std::function<double(std::span<const Real> x, std::span<Real> y)> multiply;    // y = A x; returns x . y (dot.h)
+  std::function<double(std::span<const Real> x, std::span<Real> y)> multiply;      // y = A x; returns x . y (dot.h)
   std::function<double(std::span<const Real> x, std::span<Real> y)> precondition;  // y = M^-1 x; returns x . y
   // |b - A x|, computed in double (residual_norm). Not called if there is `refresh`. May be absent: the true residual
   // of the solution is then NaN.

@@ -23,9 +23,8 @@ struct VectorKernels {
   Descend<Real>& descend;
 };
 
-// What the loop works with: the solution, the residual, M^-1 r and the direction. All are 0 before the loop. The caller
-// owns them: it can keep them, and zero them with all threads. On grids, what the loop itself did with one thread would
-// cost as much as an iteration on a dozen.
+// The vectors of the loop: the solution, the residual, M^-1 r and the direction. All are 0 before the loop. The caller
+// owns them, so that it can zero them with all threads, in memory that it keeps from solve to solve.
 template <class Real>
 struct Work {
   std::span<Real> x, r, z, p;

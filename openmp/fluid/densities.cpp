@@ -23,7 +23,8 @@
 // owner-gather, but once for a block of two cells: that halves the packing, which costs as much as the tests, and adds
 // few candidates.
 //
-// About 15 % of the pairs tested lie within h; the rest are lanes that add zero. notes/fluid.md says what that costs.
+// A ball of radius h fills 15 % of 27 cells of side h, so most pairs of particles there are farther apart than h. Those
+// that are tested add zero. notes/fluid.md says what that costs.
 //
 // Source: [Mueller 2003]; [LRB08] Figure 9. The contract stands in common/fluid/densities.h.
 #include "common/fluid/densities.h"

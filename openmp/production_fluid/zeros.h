@@ -9,8 +9,7 @@
 
 namespace lockstep::production_fluid::openmp {
 
-// Threads share the work of arrays with at least as many blocks of a dot product. On smaller ones to meet would take
-// longer.
+// Threads share arrays of at least this many blocks of a dot product. On smaller arrays the barrier would cost more.
 inline constexpr std::ptrdiff_t blocks_to_share = 16;
 
 template <class T>
