@@ -167,7 +167,7 @@ TEST(LinearMultiply, AddsUpItsDotProductAsDotDoes) {
   }
 }
 
-TEST(LinearMultiply, ReadsOnlyColumnsThatHaveEntries) {
+TEST(LinearMultiply, UsesOnlyColumnsThatHaveEntries) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   Rows<float> a = tridiagonal(40);
   BlockRows<float> blocks;

@@ -60,7 +60,8 @@ void add_slot(SlicedRows& sliced, const Rows<float>& a, const Cursors& cursors, 
                         .values = static_cast<std::int32_t>(sliced.value.size()),
                         .mask = mask,
                         .gathers = gathers,
-                        .uniform = !gathers};
+                        .uniform = !gathers,
+                        .inside = !gathers && place >= 0 && place <= a.columns - lanes};
   std::array<float, lanes> value{};
   std::array<std::int32_t, lanes> column{};
   const float first = a.value[cursors.entry(std::countr_zero(mask))];
@@ -68,7 +69,7 @@ void add_slot(SlicedRows& sliced, const Rows<float>& a, const Cursors& cursors, 
     if (mask >> l & 1) {
       value[l] = a.value[cursors.entry(l)];
       column[l] = a.column[cursors.entry(l)];
-      slot.uniform &= value[l] == first;
+      if (value[l] != first) slot.uniform = false;
     }
   if (gathers) {
     slot.place = static_cast<std::int32_t>(sliced.column.size());

@@ -30,7 +30,8 @@ struct SlicedRows {
     std::int32_t place;   // column - lane, which may be negative; of a slot that gathers: where in `column` it begins
     std::int32_t values;  // where in `value` it begins: one value, or sixteen
     std::uint16_t mask;   // active lanes
-    bool gathers, uniform;
+    bool gathers : 1, uniform : 1;
+    bool inside : 1;  // all of place .. place + 15 are columns; false of a slot that gathers
   };
   int rows = 0, columns = 0;
   Array<std::int32_t> first_row{0};   // [slice]: its first row; and the number of rows, behind the last

@@ -12,8 +12,11 @@
 #include "common/linear/eliminate.h"
 #include "common/real.h"
 #include "openmp/linear/slots.h"
+#include "openmp/whole_vectors.h"
 
 namespace lockstep::linear::openmp {
+
+using lockstep::openmp::with_first_lanes;
 
 Factor<Real> incomplete_cholesky(const Rows<Real>& a, const Levels& levels, Modification modification) {
   Factor<Real> factor = make_factor(a);
@@ -40,26 +43,28 @@ void solve(const SlicedFactor& factor, std::span<const Real> r, std::span<Real> 
 #pragma omp for schedule(static)
       for (int s = first_slice[level]; s < first_slice[level + 1]; ++s) {
         const int i = lower.first_row[s];
-        const maskv rows = first_lanes(lower.first_row[s + 1] - i);
-        floatv sum = load(&r[i], rows);
-        for (int k = lower.first_slot[s]; k < lower.first_slot[s + 1]; ++k) {
-          const auto [active, value, at] = entries(lower, lower.slots[k], z.data());
-          where(active, sum) -= value * at;
-        }
-        store(&z[i], load(&inverse[i], rows) * sum, rows);
+        with_first_lanes(lower.first_row[s + 1] - i, [&](auto rows) {
+          floatv sum = load(&r[i], rows);
+          for (int k = lower.first_slot[s]; k < lower.first_slot[s + 1]; ++k) {
+            const auto [active, value, at] = entries(lower, lower.slots[k], z.data(), X::written);
+            where(active, sum) -= value * at;
+          }
+          store(&z[i], load(&inverse[i], rows) * sum, rows);
+        });
       }
     }
     for (int level = levels - 1; level >= 0; --level) {
 #pragma omp for schedule(static)
       for (int s = first_slice[level]; s < first_slice[level + 1]; ++s) {
         const int i = upper.first_row[s];
-        const maskv rows = first_lanes(upper.first_row[s + 1] - i);
-        floatv sum = 0.f;
-        for (int k = upper.first_slot[s]; k < upper.first_slot[s + 1]; ++k) {
-          const auto [active, value, at] = entries(upper, upper.slots[k], z.data());
-          where(active, sum) += value * at;
-        }
-        store(&z[i], load(&z[i], rows) - load(&inverse[i], rows) * sum, rows);
+        with_first_lanes(upper.first_row[s + 1] - i, [&](auto rows) {
+          floatv sum = 0.f;
+          for (int k = upper.first_slot[s]; k < upper.first_slot[s + 1]; ++k) {
+            const auto [active, value, at] = entries(upper, upper.slots[k], z.data(), X::written);
+            where(active, sum) += value * at;
+          }
+          store(&z[i], load(&z[i], rows) - load(&inverse[i], rows) * sum, rows);
+        });
       }
     }
   }

@@ -7,14 +7,16 @@
 // The contract stands in common/linear/multiply.h.
 #include "common/linear/multiply.h"
 
-#include <algorithm>
 #include <cstddef>
 
 #include "openmp/linear/block_sums.h"
 #include "openmp/linear/slots.h"
+#include "openmp/whole_vectors.h"
 
 namespace lockstep::linear::openmp {
 namespace {
+
+using lockstep::openmp::with_first_lanes;
 
 // Blocks are prefetched so many slots before their turn. A slot is 576 bytes, and the processor's own prefetching stops
 // at the end of each page of 4096.
@@ -24,7 +26,7 @@ constexpr int ahead = 16;
 LOCKSTEP_INLINE floatv times(const SlicedRows& a, std::size_t s, const float* x) {
   floatv sum = 0.f;
   for (int k = a.first_slot[s]; k < a.first_slot[s + 1]; ++k) {
-    const auto [active, value, at] = entries(a, a.slots[k], x);
+    const auto [active, value, at] = entries(a, a.slots[k], x, X::constant);
     where(active, sum) += value * at;
   }
   return sum;
@@ -54,10 +56,11 @@ double multiply_and_dot(const SlicedRows& a, std::span<const float> x, std::span
   return sum_of_blocks(y.size(), [&](std::size_t begin, std::size_t end) {
     doublev sum = 0.;
     for (std::size_t i = begin; i < end; i += lanes) {
-      const maskv rows = first_lanes(static_cast<int>(std::min<std::size_t>(lanes, end - i)));
       const floatv product = times(a, i / lanes, x.data());
-      store(&y[i], product, rows);
-      sum = add_products(sum, load(&x[i], rows), product);
+      with_first_lanes(end - i, [&](auto rows) {
+        store(&y[i], product, rows);
+        sum = add_products(sum, load(&x[i], rows), product);
+      });
     }
     return reduce_add(sum);
   });

@@ -8,13 +8,20 @@ namespace lockstep::linear::openmp {
 
 struct Entries {
   maskv active;
-  floatv value, at;  // a_ij and x_j; 0 in inactive lanes, but a uniform a_ij is in all lanes
+  floatv value, at;  // a_ij and x_j; in inactive lanes any number
 };
 
-LOCKSTEP_INLINE Entries entries(const SlicedRows& a, const SlicedRows::Slot& slot, const float* x) {
+// Whether other threads write x meanwhile.
+enum class X { constant, written };
+
+// Inactive lanes of an x that is constant may load as well: masked loads are slower (openmp/whole_vectors.h).
+LOCKSTEP_INLINE Entries entries(const SlicedRows& a, const SlicedRows::Slot& slot, const float* x, X kind) {
   const maskv active = lanes_of(slot.mask);
+  const auto run = [&] {
+    return slot.inside && kind == X::constant ? load(x + slot.place) : load(x + slot.place, active);
+  };
   return {active, slot.uniform ? floatv(a.value[slot.values]) : load(&a.value[slot.values]),
-          slot.gathers ? gather(x, load(&a.column[slot.place]), active) : load(x + slot.place, active)};
+          slot.gathers ? gather(x, load(&a.column[slot.place]), active) : run()};
 }
 
 }  // namespace lockstep::linear::openmp

@@ -12,6 +12,7 @@ namespace lockstep::linear::openmp {
 namespace {
 
 using lockstep::openmp::Whole;
+using lockstep::openmp::with_first_lanes;
 
 // Calls update(i, mask) for each sixteen elements of n; of those that are whole, with Whole in place of a mask.
 template <class Update>
@@ -40,12 +41,12 @@ void advance(float a, std::span<const float> z, float b, std::span<float> x, std
 double descend(float a, std::span<const float> q, std::span<float> r) {
   return sum_of_blocks(r.size(), [&](std::size_t begin, std::size_t end) {
     doublev sum = 0.;
-    for (std::size_t i = begin; i < end; i += lanes) {
-      const maskv in = first_lanes(static_cast<int>(std::min<std::size_t>(lanes, end - i)));
-      const floatv rest = load(&r[i], in) - a * load(&q[i], in);
-      store(&r[i], rest, in);
-      sum = add_products(sum, rest, rest);
-    }
+    for (std::size_t i = begin; i < end; i += lanes)
+      with_first_lanes(end - i, [&](auto in) {
+        const floatv rest = load(&r[i], in) - a * load(&q[i], in);
+        store(&r[i], rest, in);
+        sum = add_products(sum, rest, rest);
+      });
     return reduce_add(sum);
   });
 }
