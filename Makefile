@@ -51,7 +51,9 @@ BUILD := build/$(ISA)
 serial := $(shell find serial -name '*.cpp')
 truth  := $(serial:%.cpp=$(BUILD)/%.double.o)
 kernel := $(serial:%.cpp=$(BUILD)/%.float.o) $(truth) $(patsubst %.cpp,$(BUILD)/%.o,$(shell find openmp common -name '*.cpp'))
-verify := $(patsubst %.cpp,$(BUILD)/%.o,$(shell find verify -name '*.cpp'))
+# The verifier's files of a domain are compiled as one: most of their time goes into the headers they share.
+domains := $(patsubst %/,$(BUILD)/%/all.o,$(sort $(dir $(wildcard verify/*/*.cpp))))
+verify := $(domains) $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard verify/*.cpp))
 tests  := $(patsubst %.cpp,$(BUILD)/%.o,$(wildcard tests/*_test.cpp))
 
 # What no benchmark times is compiled at -O1: the truth, readers of scenes, the verifier except what measures, and the
@@ -140,7 +142,8 @@ diff: $(if $(FORM),build/lockstep)  ## show serial and openmp side by side: KERN
 diff_kernels = $(patsubst serial/%.cpp,%,$(sort $(wildcard serial/*/*.cpp)))
 
 mutants: build/lockstep  ## plant known mistakes one by one: verify or the sanitizer must catch each (KERNEL=, SOME=12 a day, SHARD=1/2)
-	@$(PYTHON) -B tests/mutants/mutants.py --build $(BUILD) --compile='$(CXX) $(FLAGS)' --link='$(LINK)' --libs='$(LIBS)' \
+	@$(PYTHON) -B tests/mutants/mutants.py --build $(BUILD) --objects='$(patsubst $(BUILD)/%,%,$(kernel) $(verify))' \
+	  --compile='$(CXX) $(FLAGS)' --link='$(LINK)' --libs='$(LIBS)' \
 	  --tsan-compile='clang++-14 $(tsan_flags)' --tsan-link='clang++-14 $(tsan_flags) $(WRAPS)' --tsan-make='env -u MAKEFLAGS -u MAKELEVEL make tsan-build' \
 	  $(if $(KERNEL),--kernel $(KERNEL)) $(if $(SOME),--some $(SOME)) $(shard)
 
@@ -213,7 +216,8 @@ endif
 build/lockstep: $(BUILD)/lockstep
 	@ln -sfn $(BUILD:build/%=%)/lockstep $@
 
-$(BUILD)/lockstep: $(kernel) $(verify)
+# What takes longest begins first.
+$(BUILD)/lockstep: $(domains) $(kernel) $(verify)
 	@echo "link $@" && $(LINK) $(in_order) $(LIBS) -o $@
 
 $(BUILD)/unit_tests: $(kernel) $(filter-out $(BUILD)/verify/main.o,$(verify)) $(tests)
@@ -243,8 +247,11 @@ compile = $(compiler) $(precompiled) -MMD -MP
 # The headers that most files include are compiled once for each level of optimisation. For g++ alone: clang's builds
 # show that every file includes what it uses.
 precompiled = $(if $(filter g++,$(CXX)),-include $(BUILD)/precompiled$(level)/$(if $(filter tests/%,$<),tests,common)/standard.h)
-headers_made := $(if $(filter g++,$(CXX)),$(patsubst %,$(BUILD)/precompiled%/standard.h.gch,-O3/common -O1/common -O1/tests))
-.SECONDARY: $(headers_made)
+made_by_gcc = $(if $(filter g++,$(CXX)),$(patsubst %,$(BUILD)/precompiled%/standard.h.gch,$(1)))
+headers_made := $(call made_by_gcc,-O3/common -O1/common)
+headers_of_tests := $(call made_by_gcc,-O1/tests)
+.SECONDARY: $(headers_made) $(headers_of_tests)
+$(tests): $(headers_of_tests)
 $(BUILD)/precompiled-O3/%.gch: level = -O3
 $(BUILD)/precompiled-O1/%.gch: level = -O1
 precompile = $(compiler) -x c++-header -c $< -o $@ && cp $< $(@:.gch=)
@@ -258,6 +265,15 @@ $(BUILD)/%.float.o: %.cpp Makefile $(headers_made) | $(BUILD)/needs
 $(BUILD)/%.double.o: %.cpp Makefile $(headers_made) | $(BUILD)/needs
 	$(compile) -DLOCKSTEP_REAL=double -c $< -o $@
 $(BUILD)/%.o: %.cpp Makefile $(headers_made) | $(BUILD)/needs
+	$(compile) -c $< -o $@
+
+# Rewritten only when the files of the domain are others than before.
+.SECONDARY: $(domains:.o=.cpp)
+$(BUILD)/verify/%/all.cpp: FORCE
+	@mkdir -p $(@D)
+	@printf '#include "%s"\n' $(sort $(wildcard verify/$*/*.cpp)) > $@.new
+	@cmp -s $@.new $@ && rm $@.new || mv $@.new $@
+$(BUILD)/verify/%/all.o: $(BUILD)/verify/%/all.cpp Makefile $(headers_made) | $(BUILD)/needs
 	$(compile) -c $< -o $@
 
 # It runs on every x86-64 processor, to say that the rest does not.

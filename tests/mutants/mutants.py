@@ -138,9 +138,9 @@ def share_of(mutants, shard):
 
 
 class Build:
-    """A built program: its folder and its commands to compile and link. Makes changed programs from it."""
+    """A built program: its folder, its objects, its commands to compile and link. Makes changed programs from it."""
 
-    def __init__(self, folder, compile, link, libs):
+    def __init__(self, folder, objects, compile, link, libs):
         self.folder, self.compile, self.link, self.libs = (
             pathlib.Path(folder),
             shlex.split(compile),
@@ -149,16 +149,11 @@ class Build:
         )
         self.work = pathlib.Path("build/mutants") / self.folder.name
         self.sources = {}  # of each object: its source, then the files included
-        for path in self.folder.rglob("*.d"):
-            rule = path.read_text().replace("\\\n", " ").split("\n\n")[0].splitlines()[0]
-            target, sources = rule.split(":", 1)
-            if (
-                sources.split()[0].startswith(("common/", "openmp/", "serial/", "verify/"))
-                and pathlib.Path(sources.split()[0]).exists()
-            ):
-                self.sources[target] = sources.split()
-        if not self.sources:
-            raise Error(f"{self.folder} holds no build")
+        for object in (self.folder / name for name in objects.split()):
+            if not object.exists():
+                raise Error(f"{object} is not built")
+            rule = object.with_suffix(".d").read_text().replace("\\\n", " ").split("\n\n")[0].splitlines()[0]
+            self.sources[str(object)] = rule.split(":", 1)[1].split()
 
     def make(self, id, files, map=map):
         """Builds the program with these files, {name: text}, in place of its own. Returns its path."""
@@ -171,7 +166,7 @@ class Build:
         takes = lambda name, source: name.startswith("openmp/") or source.startswith("openmp/")
         changed = {o: of for o, of in sorted(self.sources.items()) if any(f in of and takes(f, of[0]) for f in files)}
         # serial/ and common/ do not include openmp/.
-        if not changed or not all(of[0].startswith(("openmp/", "verify/")) for of in changed.values()):
+        if not changed or any(of[0].startswith(("serial/", "common/")) for of in changed.values()):
             raise Error(f"{id}: {', '.join(files)} goes into {', '.join(changed) or 'nothing'}")
         objects = [object for object in self.sources if object not in changed]
 
@@ -269,8 +264,8 @@ def main():
     options.add_argument("--shard", metavar="I/N", help="only the I-th of N shares of what is selected")
     options.add_argument("--build", default="build/avx512", help="the folder of the normal build, made before")
     options.add_argument("--tsan-build", default="build/tsan", help="the folder of the thread sanitizer's build")
-    for words in ("compile", "link", "libs", "tsan-compile", "tsan-link", "tsan-make"):
-        options.add_argument(f"--{words}", default="", help="the Makefile's command or flags")
+    for words in ("objects", "compile", "link", "libs", "tsan-compile", "tsan-link", "tsan-make"):
+        options.add_argument(f"--{words}", default="", help="the Makefile's objects, command or flags")
     options = options.parse_args()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     jobs = len(os.sched_getaffinity(0))
@@ -291,11 +286,13 @@ def main():
 
     builds = {}
     if any(not m.tsan for m in mutants):
-        builds[False] = Build(options.build, options.compile, options.link, options.libs)
+        builds[False] = Build(options.build, options.objects, options.compile, options.link, options.libs)
     if any(m.tsan for m in mutants):
         if subprocess.run(shlex.split(options.tsan_make)).returncode != 0:
             raise Error(f"{options.tsan_make} failed")
-        builds[True] = Build(options.tsan_build, options.tsan_compile, options.tsan_link, options.libs)
+        builds[True] = Build(
+            options.tsan_build, options.objects, options.tsan_compile, options.tsan_link, options.libs
+        )
 
     # The unchanged program, with the same files compiled in the same way, must pass every selection.
     usual = {}  # seconds of each selection

@@ -4,7 +4,7 @@
 #include "verify/cloth/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::cloth_collide {
 namespace {
 
 using namespace cloth;
@@ -36,4 +36,4 @@ Scenes scenes() {
 const Register collide{{.name = "cloth/collide", .place = 3, .forms = {{.make = collide_case, .scenes = scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::cloth_collide

@@ -15,7 +15,7 @@
 #include "verify/cloth/run.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::cloth_relax {
 namespace {
 
 using namespace cloth;
@@ -139,4 +139,4 @@ std::vector<Form> forms() {
 const Register relax{{.name = "cloth/relax", .place = 2, .serial_forms = serial_cloth_forms, .forms = forms()}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::cloth_relax

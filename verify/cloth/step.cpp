@@ -7,7 +7,7 @@
 #include "verify/cloth/run.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::cloth_step {
 namespace {
 
 using namespace cloth;
@@ -48,4 +48,4 @@ std::vector<Form> forms() {
 const Register step{{.name = "cloth/step", .place = 4, .serial_forms = serial_cloth_forms, .forms = forms()}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::cloth_step

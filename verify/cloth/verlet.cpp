@@ -4,7 +4,7 @@
 #include "verify/cloth/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::cloth_verlet {
 namespace {
 
 using namespace cloth;
@@ -31,4 +31,4 @@ const Register verlet{{.name = "cloth/verlet",
                        .forms = {{.make = verlet_case, .scenes = scenes_of_all({"flag_128", "garment"})}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::cloth_verlet

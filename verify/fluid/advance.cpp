@@ -6,7 +6,7 @@
 #include "verify/fluid/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::fluid_advance {
 namespace {
 
 using namespace fluid;
@@ -35,4 +35,4 @@ const Register advance{
     {.name = "fluid/advance", .place = 5, .forms = {{.make = advance_case, .scenes = scenes_with()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::fluid_advance

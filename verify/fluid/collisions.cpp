@@ -6,7 +6,7 @@
 #include "verify/fluid/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::fluid_collisions {
 namespace {
 
 using namespace fluid;
@@ -43,4 +43,4 @@ const Register collisions{
     {.name = "fluid/collisions", .place = 4, .forms = {{.make = collisions_case, .scenes = scenes_with()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::fluid_collisions

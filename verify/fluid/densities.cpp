@@ -10,7 +10,7 @@
 #include "verify/fluid/run.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::fluid_densities {
 namespace {
 
 using namespace fluid;
@@ -138,4 +138,4 @@ const Register densities{
                form("cell_locks", true, serial::densities_symmetric, openmp::densities_cell_locks)}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::fluid_densities

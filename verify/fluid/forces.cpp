@@ -10,7 +10,7 @@
 #include "verify/fluid/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::fluid_forces {
 namespace {
 
 using namespace fluid;
@@ -122,4 +122,4 @@ const Register forces{
          form("cell_locks", true, nullptr, serial::forces_symmetric, openmp::forces_cell_locks)}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::fluid_forces

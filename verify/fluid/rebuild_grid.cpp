@@ -7,7 +7,7 @@
 #include "verify/fluid/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::fluid_rebuild_grid {
 namespace {
 
 using namespace fluid;
@@ -51,4 +51,4 @@ const Register rebuild_grid{{.name = "fluid/rebuild_grid",
                                        form("linked_lists", openmp::rebuild_grid_linked_lists)}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::fluid_rebuild_grid

@@ -8,7 +8,7 @@
 #include "verify/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::fluid_step {
 namespace {
 
 using namespace fluid;
@@ -57,4 +57,4 @@ const Register step{
     {.name = "fluid/step", .place = 6, .serial_forms = {"symmetric", "owner_gather", "pair_lists"}, .forms = forms()}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::fluid_step

@@ -5,7 +5,7 @@
 #include "common/levelset/blocks.h"
 #include "verify/levelset/inputs.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::levelset_fast_marching {
 namespace {
 
 using namespace levelset;
@@ -40,4 +40,4 @@ const Register fast_marching{
                 .covered_by = "blocks"}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::levelset_fast_marching

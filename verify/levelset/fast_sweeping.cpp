@@ -10,7 +10,7 @@
 #include "common/levelset/fast_marching.h"
 #include "verify/levelset/inputs.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::levelset_fast_sweeping {
 namespace {
 
 using namespace levelset;
@@ -107,4 +107,4 @@ const Register fast_sweeping{
                 .covered_by = "blocks"}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::levelset_fast_sweeping

@@ -7,7 +7,7 @@
 #include "verify/levelset/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::levelset_initialize {
 namespace {
 
 using namespace levelset;
@@ -35,4 +35,4 @@ const Register initialize{{.name = "levelset/initialize",
                            .forms = {{.make = initialize_case, .scenes = scenes_of_all({"spheres_and_box_256"})}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::levelset_initialize

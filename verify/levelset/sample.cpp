@@ -10,7 +10,7 @@
 #include "verify/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::levelset_sample {
 
 // What the kernel changes.
 struct Samples {
@@ -88,4 +88,4 @@ const Register sample{{.name = "levelset/sample",
                                              .tsan = {"slab_33"}}}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::levelset_sample

@@ -25,7 +25,7 @@
 #include "verify/linear/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::linear_conjugate_gradients {
 namespace {
 
 using namespace linear;
@@ -287,4 +287,4 @@ const Register conjugate_gradients{{.name = "linear/conjugate_gradients",
                                     }}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::linear_conjugate_gradients

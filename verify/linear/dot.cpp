@@ -7,7 +7,7 @@
 #include "verify/linear/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::linear_dot {
 namespace {
 
 using namespace linear;
@@ -48,4 +48,4 @@ const Scenes scenes = {.verify = {"poisson_64", "poisson_32", "file_truss", "fil
 const Register dot{{.name = "linear/dot", .place = 1, .forms = {{.make = make_dot, .scenes = scenes}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::linear_dot

@@ -5,7 +5,7 @@
 #include "verify/linear/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::linear_incomplete_cholesky {
 namespace {
 
 using namespace linear;
@@ -74,4 +74,4 @@ const Register incomplete_cholesky{
                {.name = "solve", .make = make_solve, .scenes = scenes, .takes = is_solvable}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::linear_incomplete_cholesky

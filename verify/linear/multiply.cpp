@@ -5,7 +5,7 @@
 #include "verify/linear/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::linear_multiply {
 namespace {
 
 using namespace linear;
@@ -104,4 +104,4 @@ const Register multiply{
                {.name = "residual", .make = make_residual, .scenes = for_block_rows, .takes = is_solvable_in_blocks}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::linear_multiply

@@ -4,7 +4,7 @@
 #include "verify/linear/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::linear_update {
 namespace {
 
 using namespace linear;
@@ -71,4 +71,4 @@ const Register update{{.name = "linear/update",
                                  {.name = "descend", .make = make_descend, .scenes = scenes}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::linear_update

@@ -5,7 +5,7 @@
 #include "verify/production_cloth/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_cloth_bvh {
 namespace {
 
 using namespace production_cloth;
@@ -39,4 +39,4 @@ Case make(const std::string& path) {
 const Register bvh{{.name = "production_cloth/bvh", .place = 3, .forms = {{.make = make, .scenes = all_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_cloth_bvh

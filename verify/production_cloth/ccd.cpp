@@ -10,7 +10,7 @@
 #include "verify/production_cloth/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_cloth_ccd {
 namespace {
 
 using namespace production_cloth;
@@ -85,4 +85,4 @@ Case make(const std::string& path) {
 const Register ccd{{.name = "production_cloth/ccd", .place = 5, .forms = {{.make = make, .scenes = all_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_cloth_ccd

@@ -6,7 +6,7 @@
 #include "verify/production_cloth/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_cloth_collide_bodies {
 namespace {
 
 using namespace production_cloth;
@@ -58,4 +58,4 @@ const Register collide_bodies{
     {.name = "production_cloth/collide_bodies", .place = 9, .forms = {{.make = make, .scenes = all_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_cloth_collide_bodies

@@ -25,7 +25,7 @@ void for_each_array(S& damped, const F& f) {
 
 }  // namespace lockstep::production_cloth
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_cloth_damping_solve {
 namespace {
 
 using namespace production_cloth;
@@ -116,4 +116,4 @@ const Register damping_solve{
     {.name = "production_cloth/damping_solve", .place = 2, .forms = {{.make = make, .scenes = material_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_cloth_damping_solve

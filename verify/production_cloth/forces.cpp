@@ -21,7 +21,7 @@ void for_each_array(S& state, const F& f) {
 
 }  // namespace lockstep::production_cloth
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_cloth_forces {
 namespace {
 
 using namespace production_cloth;
@@ -152,4 +152,4 @@ const Register forces{{.name = "production_cloth/forces",
                                  form("colours", How::colours), form("locks", How::locks)}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_cloth_forces

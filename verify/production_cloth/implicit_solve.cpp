@@ -39,7 +39,7 @@ void for_each_array(S& system, const F& f) {
 
 }  // namespace lockstep::production_cloth
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_cloth_implicit_solve {
 namespace {
 
 using namespace production_cloth;
@@ -154,4 +154,4 @@ const Register implicit_solve{
     {.name = "production_cloth/implicit_solve", .place = 2, .forms = {{.make = make, .scenes = material_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_cloth_implicit_solve

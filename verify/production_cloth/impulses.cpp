@@ -21,7 +21,7 @@ void for_each_array(S& s, const F& f) {
 
 }  // namespace lockstep::production_cloth
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_cloth_impulses {
 namespace {
 
 using namespace production_cloth;
@@ -122,4 +122,4 @@ const Register impulses{{.name = "production_cloth/impulses",
                                     .covered_by = "jacobi"}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_cloth_impulses

@@ -8,7 +8,7 @@
 #include "verify/production_cloth/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_cloth_pairs {
 namespace {
 
 using namespace production_cloth;
@@ -46,4 +46,4 @@ Case make(const std::string& path) {
 const Register pairs{{.name = "production_cloth/pairs", .place = 4, .forms = {{.make = make, .scenes = all_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_cloth_pairs

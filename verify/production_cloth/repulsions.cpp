@@ -4,7 +4,7 @@
 #include "verify/production_cloth/contact_inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_cloth_repulsions {
 namespace {
 
 using namespace production_cloth;
@@ -69,4 +69,4 @@ const Register repulsions{{.name = "production_cloth/repulsions",
                                      {.name = "jacobi", .make = make_jacobi, .scenes = all_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_cloth_repulsions

@@ -25,7 +25,7 @@ void for_each_array(M& moving, const F& f) {
 
 }  // namespace lockstep::production_cloth
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_cloth_step {
 namespace {
 
 using namespace production_cloth;
@@ -87,4 +87,4 @@ const Register step{{.name = "production_cloth/step",
                      .forms = forms()}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_cloth_step

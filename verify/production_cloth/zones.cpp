@@ -32,7 +32,7 @@ void for_each_array(S& s, const F& f) {
 
 }  // namespace lockstep::production_cloth
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_cloth_zones {
 namespace {
 
 using namespace production_cloth;
@@ -99,4 +99,4 @@ const Register zones{{.name = "production_cloth/zones",
                                 {.name = "inelastic", .make = make_inelastic, .scenes = all_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_cloth_zones

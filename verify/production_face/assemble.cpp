@@ -22,7 +22,7 @@ void for_each_array(S& k, const F& f) {
 
 }  // namespace lockstep::production_face
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_face_assemble {
 namespace {
 
 using namespace production_face;
@@ -55,4 +55,4 @@ const Register assemble{
     {.name = "production_face/assemble", .place = 3, .forms = {{.make = make, .scenes = body_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_face_assemble

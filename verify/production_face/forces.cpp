@@ -8,7 +8,7 @@
 #include "verify/production_face/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_face_forces {
 namespace {
 
 using namespace production_face;
@@ -89,4 +89,4 @@ const Register forces{
           .order_dependent = true}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_face_forces

@@ -28,7 +28,7 @@ inline double bytes_of(const Matrices& k) {
 
 }  // namespace lockstep::production_face
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_face_multiply {
 namespace {
 
 using namespace production_face;
@@ -161,4 +161,4 @@ const Register multiply{{.name = "production_face/multiply",
                                     .covered_by = "block_rows"}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_face_multiply

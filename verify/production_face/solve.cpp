@@ -27,7 +27,7 @@ void for_each_array(S& solved, const F& f) {
 
 }  // namespace lockstep::production_face
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_face_solve {
 namespace {
 
 using namespace production_face;
@@ -189,4 +189,4 @@ const Register solve{
           .covered_by = "multigrid"}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_face_solve

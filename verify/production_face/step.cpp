@@ -29,7 +29,7 @@ void for_each_array(P& posed, const F& f) {
 
 }  // namespace lockstep::production_face
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_face_step {
 namespace {
 
 using namespace production_face;
@@ -94,4 +94,4 @@ const Register step{
     {.name = "production_face/step", .place = 6, .serial_forms = {"newton", "facesim"}, .forms = forms()}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_face_step

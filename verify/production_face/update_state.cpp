@@ -5,7 +5,7 @@
 #include "verify/production_face/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_face_update_state {
 namespace {
 
 using namespace production_face;
@@ -47,4 +47,4 @@ const Register update_state{{.name = "production_face/update_state",
                                         .scenes = scenes_of_state()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_face_update_state

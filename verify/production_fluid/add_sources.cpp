@@ -7,7 +7,7 @@
 #include "verify/production_fluid/particles.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_fluid_add_sources {
 
 struct Poured {
   production_fluid::Fluid<float> fluid;
@@ -78,4 +78,4 @@ const Register add_sources{
                            .tsan = {"obstacle_48"}}}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_fluid_add_sources

@@ -6,7 +6,7 @@
 #include "verify/production_fluid/particles.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_fluid_adjust_radii {
 namespace {
 
 using namespace production_fluid;
@@ -36,4 +36,4 @@ const Register adjust_radii{
     {.name = "production_fluid/adjust_radii", .place = 13, .forms = {{.make = make, .scenes = advection_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_fluid_adjust_radii

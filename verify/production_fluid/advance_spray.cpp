@@ -8,7 +8,7 @@
 #include "verify/production_fluid/spray.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_fluid_advance_spray {
 
 // What the kernel changes.
 struct AdvancedSpray {
@@ -60,4 +60,4 @@ const Register advance_spray{
     {.name = "production_fluid/advance_spray", .place = 15, .forms = {{.make = make, .scenes = spray_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_fluid_advance_spray

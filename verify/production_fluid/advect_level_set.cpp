@@ -8,7 +8,7 @@
 #include "verify/production_fluid/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_fluid_advect_level_set {
 
 // What the kernel changes, and its scratch.
 struct AdvectedLevelSet {
@@ -80,4 +80,4 @@ const Register advect_level_set{
                 .scenes = advection_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_fluid_advect_level_set

@@ -6,7 +6,7 @@
 #include "verify/production_fluid/particles.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_fluid_advect_particles {
 namespace {
 
 using namespace production_fluid;
@@ -41,4 +41,4 @@ const Register advect_particles{
      .forms = {{.make = make, .scenes = advection_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_fluid_advect_particles

@@ -8,7 +8,7 @@
 #include "verify/production_fluid/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_fluid_advect_velocity {
 
 // What the kernel changes, and its scratch.
 struct AdvectedVelocity {
@@ -81,4 +81,4 @@ const Register advect_velocity{
                 .scenes = advection_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_fluid_advect_velocity

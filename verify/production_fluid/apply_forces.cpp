@@ -4,7 +4,7 @@
 #include "verify/production_fluid/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_fluid_apply_forces {
 namespace {
 
 using namespace production_fluid;
@@ -32,4 +32,4 @@ const Register apply_forces{
     {.name = "production_fluid/apply_forces", .place = 3, .forms = {{.make = make, .scenes = pressure_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_fluid_apply_forces

@@ -7,7 +7,7 @@
 #include "verify/production_fluid/particles.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_fluid_correct_level_set {
 
 // What the kernel changes.
 struct CorrectedLevelSet {
@@ -46,4 +46,4 @@ const Register correct_level_set{{.name = "production_fluid/correct_level_set",
                                   .forms = {{.make = make, .scenes = advection_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_fluid_correct_level_set

@@ -5,7 +5,7 @@
 #include "verify/production_fluid/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_fluid_extend_level_set {
 
 // What the kernel changes.
 struct ExtendedLevelSet {
@@ -56,4 +56,4 @@ const Register extend_level_set{
                            .tsan = {"obstacle_48"}}}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_fluid_extend_level_set

@@ -6,7 +6,7 @@
 #include "verify/production_fluid/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_fluid_extrapolate {
 namespace {
 
 using namespace production_fluid;
@@ -50,4 +50,4 @@ const Register extrapolate{
     {.name = "production_fluid/extrapolate", .place = 7, .forms = {{.make = make, .scenes = pressure_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_fluid_extrapolate

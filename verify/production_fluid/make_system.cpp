@@ -5,7 +5,7 @@
 #include "verify/production_fluid/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_fluid_make_system {
 namespace {
 
 using namespace production_fluid;
@@ -34,4 +34,4 @@ const Register make_system{
     {.name = "production_fluid/make_system", .place = 4, .forms = {{.make = make, .scenes = pressure_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_fluid_make_system

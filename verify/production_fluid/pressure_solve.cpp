@@ -7,7 +7,7 @@
 #include "verify/production_fluid/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_fluid_pressure_solve {
 
 // What a solve changes: the pressure; iterations, |r| / |b| as the iteration has it, and the true one.
 struct Pressure {
@@ -136,4 +136,4 @@ const Register pressure_solve{
                 .covered_by = "multigrid"}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_fluid_pressure_solve

@@ -5,7 +5,7 @@
 #include "verify/production_fluid/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_fluid_project {
 namespace {
 
 using namespace production_fluid;
@@ -33,4 +33,4 @@ const Register project{
     {.name = "production_fluid/project", .place = 6, .forms = {{.make = make, .scenes = pressure_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_fluid_project

@@ -9,7 +9,7 @@
 #include "verify/production_fluid/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_fluid_redistance {
 
 // What the kernel changes, and its scratch.
 struct Redistanced {
@@ -112,4 +112,4 @@ const Register redistance{
                 .covered_by = "sweeping"}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_fluid_redistance

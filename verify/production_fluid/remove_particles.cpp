@@ -9,7 +9,7 @@
 #include "verify/production_fluid/spray.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_fluid_remove_particles {
 
 // What the kernel changes.
 struct RemovedParticles {
@@ -75,4 +75,4 @@ const Register remove_particles{
     {.name = "production_fluid/remove_particles", .place = 14, .forms = {{.make = make, .scenes = spray_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_fluid_remove_particles

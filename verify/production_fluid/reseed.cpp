@@ -6,7 +6,7 @@
 #include "verify/production_fluid/particles.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_fluid_reseed {
 namespace {
 
 using namespace production_fluid;
@@ -64,4 +64,4 @@ const Register reseed{
     {.name = "production_fluid/reseed", .place = 16, .forms = {{.make = make, .scenes = advection_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_fluid_reseed

@@ -7,7 +7,7 @@
 #include "verify/production_fluid/particles.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_fluid_sort_particles {
 namespace {
 
 using namespace production_fluid;
@@ -43,4 +43,4 @@ const Register sort_particles{
     {.name = "production_fluid/sort_particles", .place = 11, .forms = {{.make = make, .scenes = advection_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_fluid_sort_particles

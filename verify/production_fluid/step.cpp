@@ -7,7 +7,7 @@
 #include "verify/production_fluid/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_fluid_step {
 
 struct Flowing {
   production_fluid::Liquid<float> liquid;
@@ -29,7 +29,7 @@ Case make(const std::string& path, const LiquidForm& form) {
   Flowing start;
   start.liquid.fluid = in->scene.fluid;
   serial::start(model, start.liquid, start.memory);
-  const double bytes = 2 * bytes_of(start.liquid);
+  const double bytes = 2 * lockstep::bytes_of(start.liquid);
   const auto with = [&model, in](Step<float>* step) {
     return [&model, in, step](Flowing& flowing) { step(model, flowing.liquid, flowing.memory); };
   };
@@ -65,4 +65,4 @@ const Register step{
     {.name = "production_fluid/step", .place = 18, .serial_forms = {"multigrid", "mic", "marching"}, .forms = forms()}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_fluid_step

@@ -6,7 +6,7 @@
 #include "verify/production_fluid/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::production_fluid_time_step {
 
 // What the kernel returns.
 struct Longest {
@@ -68,4 +68,4 @@ const Register time_step{
     {.name = "production_fluid/time_step", .place = 9, .forms = {{.make = make, .scenes = pressure_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::production_fluid_time_step

@@ -11,7 +11,7 @@ void for_each_array(B& b, const F& f) {
   f("order", b.order, b.order.size()), f("begin", b.begin, b.begin.size());
 }
 
-namespace verify {
+namespace verify::rigid_batches {
 namespace {
 
 using namespace rigid;
@@ -48,5 +48,5 @@ const Register batches{
                form("parallel", rigid::serial::batches, rigid::openmp::batches_parallel)}}};
 
 }  // namespace
-}  // namespace verify
+}  // namespace verify::rigid_batches
 }  // namespace lockstep

@@ -4,7 +4,7 @@
 #include "common/rigid/box_pair.h"
 #include "verify/rigid/narrow_inputs.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::rigid_box_box {
 namespace {
 
 using namespace rigid;
@@ -30,4 +30,4 @@ const Register box_box{{.name = "rigid/box_box",
                                                          of_boxes, {"box_pit_4000", "pyramid_15"})}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::rigid_box_box

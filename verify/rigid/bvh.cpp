@@ -2,7 +2,7 @@
 #include "common/rigid/broad_phase.h"
 #include "verify/rigid/found_pairs.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::rigid_bvh {
 namespace {
 
 using namespace rigid;
@@ -66,4 +66,4 @@ const Register bvh{{.name = "rigid/bvh",
                               {.name = "pairs", .make = tree_pairs_case, .scenes = scenes_of_all(of_many_bodies)}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::rigid_bvh

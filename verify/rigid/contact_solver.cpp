@@ -13,7 +13,7 @@
 #include "verify/rigid/run.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::rigid_contact_solver {
 namespace {
 
 using namespace rigid;
@@ -138,4 +138,4 @@ const Register contact_solver{
                 .covered_by = "batches"}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::rigid_contact_solver

@@ -1,7 +1,7 @@
 // The rows and benchmarks of the axes of convex pairs: bitwise with the serial twin.
 #include "verify/rigid/narrow_inputs.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::rigid_convex_axes {
 namespace {
 
 using namespace rigid;
@@ -33,4 +33,4 @@ const Register convex_axes{
     {.name = "rigid/convex_axes", .place = 10, .forms = {{.make = convex_axes_case, .scenes = hull_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::rigid_convex_axes

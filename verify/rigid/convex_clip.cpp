@@ -1,7 +1,7 @@
 // The rows and benchmarks of the points of convex pairs: bitwise with the serial twin.
 #include "verify/rigid/narrow_inputs.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::rigid_convex_clip {
 namespace {
 
 using namespace rigid;
@@ -31,4 +31,4 @@ const Register convex_clip{
     {.name = "rigid/convex_clip", .place = 11, .forms = {{.make = convex_clip_case, .scenes = hull_scenes()}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::rigid_convex_clip

@@ -5,7 +5,7 @@
 #include "openmp/rigid/full_blocks.h"
 #include "verify/rigid/narrow_inputs.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::rigid_gjk {
 namespace {
 
 using namespace rigid;
@@ -66,4 +66,4 @@ const Register gjk{{.name = "rigid/gjk",
                                .scenes = and_more(hull_scenes(), "hull_soup_100k")}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::rigid_gjk

@@ -2,7 +2,7 @@
 #include "common/rigid/broad_phase.h"
 #include "verify/rigid/found_pairs.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::rigid_grid {
 namespace {
 
 using namespace rigid;
@@ -20,4 +20,4 @@ const Register grid{
     {.name = "rigid/grid", .place = 4, .forms = {{.make = grid_case, .scenes = scenes_of_all(of_many_bodies)}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::rigid_grid

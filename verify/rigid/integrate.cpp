@@ -4,7 +4,7 @@
 #include "verify/rigid/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::rigid_integrate {
 namespace {
 
 using namespace rigid;
@@ -33,4 +33,4 @@ const Register integrate{{.name = "rigid/integrate",
                           .forms = {{.make = integrate_case, .scenes = scenes_of_all(of_many_bodies)}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::rigid_integrate

@@ -4,7 +4,7 @@
 #include "verify/rigid/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::rigid_match_contacts {
 namespace {
 
 using namespace rigid;
@@ -40,4 +40,4 @@ const Register match_contacts{
     {.name = "rigid/match_contacts", .place = 13, .forms = {{.make = match_case, .scenes = scenes_of_all(settled)}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::rigid_match_contacts

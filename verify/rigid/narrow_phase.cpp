@@ -1,7 +1,7 @@
 // The rows and benchmarks of the narrow phase: bitwise with the serial twin.
 #include "verify/rigid/narrow_inputs.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::rigid_narrow_phase {
 namespace {
 
 using namespace rigid;
@@ -39,4 +39,4 @@ const Register narrow_phase{{.name = "rigid/narrow_phase",
                              .forms = {{.make = narrow_phase_case, .scenes = scenes_of_all(settled)}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::rigid_narrow_phase

@@ -4,7 +4,7 @@
 #include "verify/rigid/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::rigid_place_colliders {
 namespace {
 
 using namespace rigid;
@@ -43,4 +43,4 @@ const Register place_colliders{{.name = "rigid/place_colliders",
                                 .forms = {{.make = place_case, .scenes = scenes_of_all(of_many_bodies)}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::rigid_place_colliders

@@ -2,7 +2,7 @@
 #include "common/rigid/broad_phase.h"
 #include "verify/rigid/found_pairs.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::rigid_plane_pairs {
 namespace {
 
 using namespace rigid;
@@ -21,4 +21,4 @@ const Register plane_pairs{{.name = "rigid/plane_pairs",
                             .forms = {{.make = plane_pairs_case, .scenes = scenes_of_all(of_many_bodies)}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::rigid_plane_pairs

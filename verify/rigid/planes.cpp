@@ -1,7 +1,7 @@
 // The rows and benchmarks of planes against convex shapes: bitwise with the serial twin.
 #include "verify/rigid/narrow_inputs.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::rigid_planes {
 namespace {
 
 using namespace rigid;
@@ -16,4 +16,4 @@ const Register planes{{.name = "rigid/planes",
                        .forms = {{.make = planes_case, .scenes = scenes_of_all({"box_pit_4000"}, {"box_pit_4000"})}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::rigid_planes

@@ -1,7 +1,7 @@
 // The rows and benchmarks of spheres and capsules: bitwise with the serial twin.
 #include "verify/rigid/narrow_inputs.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::rigid_spheres {
 namespace {
 
 using namespace rigid;
@@ -18,4 +18,4 @@ const Register spheres{{.name = "rigid/spheres",
                                                          {"rounds_20000"}, {"rounds_20000"})}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::rigid_spheres

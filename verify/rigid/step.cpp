@@ -10,7 +10,7 @@
 #include "verify/rigid/run.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::rigid_step {
 namespace {
 
 using namespace rigid;
@@ -124,4 +124,4 @@ const Register step{
           .covered_by = "batches"}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::rigid_step

@@ -6,7 +6,7 @@
 #include "verify/rigid/inputs.h"
 #include "verify/twin.h"
 
-namespace lockstep::verify {
+namespace lockstep::verify::rigid_sweep_and_prune {
 namespace {
 
 using namespace rigid;
@@ -68,4 +68,4 @@ const Register sweep_and_prune{
      .forms = {{.name = "batch", .make = sweep_case, .scenes = scenes_of_all(of_many_bodies)}}}};
 
 }  // namespace
-}  // namespace lockstep::verify
+}  // namespace lockstep::verify::rigid_sweep_and_prune
