@@ -245,7 +245,7 @@ compiler = @mkdir -p $(@D) && echo "compile $@" && $(CXX) $(FLAGS:-O3=$(level)) 
 compile = $(compiler) $(precompiled) -MMD -MP
 
 # The headers that most files include are compiled once for each level of optimisation. For g++ alone: clang's builds
-# show that every file includes what it uses.
+# show that every file includes what it uses, but for those of verify/DOMAIN, which are compiled as one.
 precompiled = $(if $(filter g++,$(CXX)),-include $(BUILD)/precompiled$(level)/$(if $(filter tests/%,$<),tests,common)/standard.h)
 made_by_gcc = $(if $(filter g++,$(CXX)),$(patsubst %,$(BUILD)/precompiled%/standard.h.gch,$(1)))
 headers_made := $(call made_by_gcc,-O3/common -O1/common)

@@ -1,6 +1,6 @@
 // All lanes, in place of a mask: one text then serves the vectors inside an array, without masks, and those at its ends
-// with them. Masked loads and stores are slower, even with all lanes active, where arrays come from memory: `advance`
-// of common/linear/update.h took .095 ms with them and takes .037 (notes/production_face.md).
+// with them. With masks, even of all lanes, loops over arrays that come from memory are slower: `advance` of
+// common/linear/update.h took .095 ms with them and takes .037 (notes/production_face.md; notes/linear.md, "Masks").
 #pragma once
 
 #include <cstddef>

@@ -14,7 +14,7 @@ struct Entries {
 // Whether other threads write x meanwhile.
 enum class X { constant, written };
 
-// Inactive lanes of an x that is constant may load as well: masked loads are slower (openmp/whole_vectors.h).
+// Inactive lanes of an x that is constant may load as well, which is faster (notes/linear.md, "Masks").
 LOCKSTEP_INLINE Entries entries(const SlicedRows& a, const SlicedRows::Slot& slot, const float* x, X kind) {
   const maskv active = lanes_of(slot.mask);
   const auto run = [&] {

@@ -222,7 +222,7 @@ Array<Real> make_inverses(const Skewed& skewed, const Kind& kind, const Array<Re
   return inverse;
 }
 
-// z = M^-1 r.
+// z = M^-1 r. Returns r . z.
 template <class Kind>
 double precondition(const Skewed& skewed, const Kind& kind, const Array<Real>& inverse, std::span<const Real> r,
                     std::span<Real> z) {
