@@ -53,28 +53,38 @@ class BusyLoops {
   std::vector<pid_t> loops_;
 };
 
+// Milliseconds of a run of the flag.
+struct RunTimes {
+  double frame;    // a frame's steps, as `run` prints them
+  double command;  // the whole command, with the writing of frames
+};
+
 struct Waiting : Cli {
-  // Milliseconds a frame of the flag, as `run` prints them: the median of three runs.
-  double frame_ms(const std::string& threads) const {
+  RunTimes run_flag(const std::string& threads) const {
+    const auto begin = std::chrono::steady_clock::now();
+    const Outcome outcome = end_of(start({"run", "--scene", "scenes/cloth/flag_33.toml", "--frames", "100", "--threads",
+                                          threads, "--force", "--out", path("frames")},
+                                         [] { unsetenv("GOMP_SPINCOUNT"), unsetenv("OMP_WAIT_POLICY"); }));
+    const std::chrono::duration<double, std::milli> command = std::chrono::steady_clock::now() - begin;
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    const std::size_t at = outcome.out.find(" threads: ");
+    return {at == std::string::npos ? 0 : std::stod(outcome.out.substr(at + 10)), command.count()};
+  }
+
+  // The median of three runs.
+  double median(double RunTimes::*time, const std::string& threads) const {
     std::array<double, 3> ms;
-    for (double& each : ms) {
-      const Outcome outcome = end_of(start({"run", "--scene", "scenes/cloth/flag_33.toml", "--frames", "100",
-                                            "--threads", threads, "--force", "--out", path("frames")},
-                                           [] { unsetenv("GOMP_SPINCOUNT"), unsetenv("OMP_WAIT_POLICY"); }));
-      EXPECT_EQ(outcome.code, 0) << outcome.err;
-      const std::size_t at = outcome.out.find(" threads: ");
-      each = at == std::string::npos ? 0 : std::stod(outcome.out.substr(at + 10));
-    }
+    for (double& each : ms) each = run_flag(threads).*time;
     std::ranges::sort(ms);
     return ms[1];
   }
 
   // Two threads over one: the least of up to six tries, two seconds apart. A host may take a core away for seconds.
-  double ratio() const {
-    double least = frame_ms("2") / frame_ms("1");
+  double ratio(double RunTimes::*time) const {
+    double least = median(time, "2") / median(time, "1");
     for (int tries = 1; tries < 6 && least >= 10; ++tries) {
       std::this_thread::sleep_for(std::chrono::seconds(2));
-      least = std::min(least, frame_ms("2") / frame_ms("1"));
+      least = std::min(least, median(time, "2") / median(time, "1"));
     }
     return least;
   }
@@ -86,17 +96,20 @@ std::string other_programs() {
   return cores < .5 ? "" : "other programs keep " + std::to_string(cores) + " cores busy";
 }
 
-// The ratios are mostly 1 to 2.1 (notes/waiting.md). With the waiting of OpenMP's runtime it was 8 beside one loop.
+// The ratio is mostly 1 to 2.1 (notes/waiting.md). With the waiting of OpenMP's runtime it was 8 to 14.
 TEST_F(Waiting, TwoThreadsBesideOneBusyLoop) {
   if (const std::string others = other_programs(); !others.empty()) GTEST_SKIP() << others;
   const BusyLoops loop(1, 0);
-  EXPECT_LT(ratio(), 10);
+  EXPECT_LT(ratio(&RunTimes::frame), 10);
 }
 
+// The ratio of whole commands is 1.2 to 1.7; with the waiting of OpenMP's runtime it was 105. That of the steps alone
+// would compare with steps that do not wait at all: one thread loses its core to the loops where it writes a frame,
+// and then has a fresh time slice for the whole next step.
 TEST_F(Waiting, TwoThreadsBesideManyBusyLoops) {
   if (const std::string others = other_programs(); !others.empty()) GTEST_SKIP() << others;
   const BusyLoops loops(2 * static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN)));
-  EXPECT_LT(ratio(), 10);
+  EXPECT_LT(ratio(&RunTimes::command), 10);
 }
 
 TEST_F(Waiting, LeavesTheUsersSettings) {

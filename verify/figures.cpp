@@ -23,6 +23,7 @@
 #include "verify/busy.h"
 #include "verify/cloth/forms.h"
 #include "verify/cloth/run.h"
+#include "verify/held_team.h"
 #include "verify/names.h"
 #include "verify/options.h"
 #include "verify/production_cloth/frame.h"
@@ -221,9 +222,8 @@ void production_modules(const FigureOptions&, const Model&, RowsOf& rows) {
   const auto frame = [&](const std::string& variant, int threads, Step<float>* step) {
     progress("production_modules: " + name + ", " + variant + ", threads " + std::to_string(threads));
     rows.add({{"scene", name}, {"variant", variant}, {"form", form.name}, {"threads", threads}}, [&] {
-      omp_set_num_threads(threads);
       Liquid<float> liquid = start;
-      step(scene.model, liquid, memory);
+      hold_team(threads, [&] { step(scene.model, liquid, memory); });
       Rows row = {{"cells", scene.fluid.nx * scene.fluid.ny * scene.fluid.nz},
                   {"particles", liquid.particles.count},
                   {"substeps", memory.substeps},
@@ -253,9 +253,8 @@ void face_modules(const FigureOptions&, const Model&, RowsOf& rows) {
   const auto frame = [&](const std::string& form, const std::string& variant, int threads, auto* step, auto& memory) {
     progress("face_modules: " + form + ", " + variant + ", threads " + std::to_string(threads));
     rows.add({{"scene", name}, {"variant", variant}, {"form", form}, {"threads", threads}}, [&] {
-      omp_set_num_threads(threads);
       Pose<float> pose = start;
-      step(face, target(3), scene.tolerance, pose, memory);
+      hold_team(threads, [&] { step(face, target(3), scene.tolerance, pose, memory); });
       Rows row = {{"tetrahedra", scene.body.tetrahedra},
                   {"steps", memory.frame.steps},
                   {"iterations", memory.frame.iterations}};

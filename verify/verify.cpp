@@ -51,9 +51,13 @@ int verify(const Options& options) {
       run.reset();
       take_team_sizes();
       double openmp_ms = 0;
-      hold_team(threads, [&] { openmp_ms = milliseconds(run.openmp); });
-      const TeamSizes teams = take_team_sizes();
-      Judgement judgement = run.judge();
+      TeamSizes teams{};
+      Judgement judgement;
+      hold_team(threads, [&] {
+        openmp_ms = milliseconds(run.openmp);
+        teams = take_team_sizes();
+        judgement = run.judge();
+      });
       if (!teams.are(threads)) {
         judgement.passed = false;
         judgement.worst_at = other_team(teams, threads) + "; " + judgement.worst_at;

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/production_cloth/scene.h"
+#include "verify/held_team.h"
 #include "verify/production_cloth/forms.h"
 #include "verify/production_cloth/moving.h"
 #include "verify/program.h"
@@ -44,13 +45,14 @@ void rows_of_cloth_frame(const std::function<void(FrameRow fields, const std::fu
   const auto row = [&](const std::string& variant, int threads, Step<float>* step, StepMemory<float>& memory) {
     progress("cloth_modules: " + name + ", " + variant + ", threads " + std::to_string(threads));
     add({{"scene", name}, {"variant", variant}, {"form", "batches"}, {"threads", threads}}, [&] {
-      omp_set_num_threads(threads);
       Motion<float> motion = start;
       double seconds[int(Module::count)] = {};
       std::int64_t iterations = 0, near = 0, impacts = 0;
-      run_frame(scene, cloth, measured_frame, step, motion, memory, [&] {
-        for (int k = 0; k < int(Module::count); ++k) seconds[k] += memory.seconds[k];
-        iterations += memory.took.iterations, near += memory.took.near, impacts += memory.took.collided.impacts;
+      hold_team(threads, [&] {
+        run_frame(scene, cloth, measured_frame, step, motion, memory, [&] {
+          for (int k = 0; k < int(Module::count); ++k) seconds[k] += memory.seconds[k];
+          iterations += memory.took.iterations, near += memory.took.near, impacts += memory.took.collided.impacts;
+        });
       });
       FrameRow fields = {{"triangles", cloth.topology.triangles.size()},
                          {"steps", scene.substeps},
