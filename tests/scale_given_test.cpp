@@ -47,6 +47,15 @@ TEST(ScaleGiven, BoundsTheRowByTheMemoryGiven) {
   EXPECT_EQ(memory_ms({{"last_level_cache_bytes", 4e6}}), 0);
 }
 
+// Iterations find in the cache what the one before left there, if it holds what one of them goes through.
+TEST(ScaleGiven, MemoryIsReadAnewWhereTheCacheDoesNotHoldAnIteration) {
+  const auto memory_ms = [](int iterations) {
+    return verify::fields_of({}, {{}, {}, 3e6, iterations}, 2, ours)["memory_ms"].get<double>();
+  };
+  EXPECT_DOUBLE_EQ(memory_ms(2), .1);  // 1.5 MB each, of a cache of 1 MB
+  EXPECT_EQ(memory_ms(3), 0);          // 1 MB each
+}
+
 // Not 0 / 0, which JSON writes as null.
 TEST(ScaleFields, AreNumbersWhereNothingTakesTime) {
   const auto fields = verify::fields_of({}, {}, 2, ours);

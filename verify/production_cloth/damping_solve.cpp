@@ -67,7 +67,7 @@ Work work_of(const DampingInputs& in, int iterations) {
                        4 * (4 * 17. + 2) * e.vertices;
   const double flops = 20. * e.links + 90. * e.membranes + 50. * e.hinges + 50. * e.vertices;
   return {double(e.vertices) * iterations, "vertices", bytes * iterations, flops * iterations,
-          2. * e.links / std::max<double>(1, e.edges_at.at.size() + e.far_at.at.size())};
+          2. * e.links / std::max<double>(1, e.edges_at.at.size() + e.far_at.at.size()), iterations};
 }
 
 // Adds how the solve went, and asks that it has not broken off.

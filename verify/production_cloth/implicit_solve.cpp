@@ -113,7 +113,7 @@ Work work_of(const ImplicitInputs& in, const OpenmpImplicitMemory& memory, int i
           iterations * (linear::bytes_of(memory.matrix) + linear::bytes_of(memory.inverse) + 4 * rows * 16) +
               4. * double(memory.matrix.value.size()),
           iterations * (18 * (blocks + rows / 3) + 12 * rows) + 60 * blocks,
-          blocks / double(memory.matrix.column.size())};
+          blocks / double(memory.matrix.column.size()), std::max(1, iterations)};
 }
 
 Case make(const std::string& path) {

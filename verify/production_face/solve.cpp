@@ -75,7 +75,7 @@ Work work_of(const Problem& problem, int iterations, By by) {
   return {double(problem.free_nodes) * iterations, "nodes",
           iterations * (products * linear::bytes_of(problem.sliced) + 4 * rows * (preconditioned ? 18 : 16)),
           iterations * (products * 18 * blocks + (preconditioned ? 17 : 12) * rows),
-          double(problem.rows.column.size()) / double(problem.sliced.column.size())};
+          double(problem.rows.column.size()) / double(problem.sliced.column.size()), iterations};
 }
 
 using SerialSolve = std::function<Solve<linear::BlockRows<float>, float>>;
