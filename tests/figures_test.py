@@ -148,6 +148,7 @@ def reports(threads=(1, 2)):
     scale += [
         {"kernel": f"production_fluid/{module}", "form": form, "scene": "drop_128"}
         | modelled(cores, 8.0 / cores, 9.0 / cores)
+        | {"compute_ms": 6.0 / cores, "memory_ms": 8.0 / cores}
         for module, form in production_modules.MODULES.items()
         for cores in counts
     ]
@@ -420,6 +421,12 @@ class Figures(unittest.TestCase):
         self.assertAlmostEqual(float(row["simd_gain_over_twin"]), (90 + k) / (10 + k))
         self.assertAlmostEqual(float(row["threads_measured"]), (10 + k) / (5.5 + k))
         self.assertAlmostEqual(float(row["threads_modelled"]), 64)
+
+    def test_gains_of_a_module_without_memory(self):
+        row = self.row("production_modules", module="pressure_solve")
+        self.assertAlmostEqual(float(row["modelled_speed_up"]), 64)
+        self.assertAlmostEqual(float(row["cores_speed_up"]), 64 * 8 / 6)
+        self.assertIn("1/85.3", self.index)  # of the whole frame
 
     def test_blocks_are_the_best_at_each_number_of_cores(self):
         row = self.row("fsm_over_fmm", algorithm="fast_sweeping", kind="modelled", cores=64)

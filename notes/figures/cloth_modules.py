@@ -41,14 +41,12 @@ def in_short(rows):
 
 def here(rows):
     first = rows[0]
-    module, share = module_times.longest(rows)
     return [
         f"A frame of 1/60 s has {first['steps']} steps, {first['iterations']} iterations of conjugate gradients and"
         f" {first['near']} contacts in all, serially. Left: the time of each module, all steps together. Right: what"
         f" the model of {first['cores']} cores gives to each on {first['modelled_on']}, a larger cloth, alone;"
-        " repulsions by their batches. The"
-        f" frame would take 1/{module_times.of_frame(rows):.1f} of the time of one core, and {module} would take"
-        f" {share:.0%} of that. The papers' time is of another machine and another scene.",
+        f" repulsions by their batches. {module_times.frame_in_words(rows)}"
+        " The papers' time is of another machine and another scene.",
     ]
 
 

@@ -30,13 +30,12 @@ def in_short(rows):
 
 def here(rows):
     first = rows[0]
-    module, share = module_times.longest(rows)
     return [
         f"A frame of 1/24 s has {first['steps']} steps of Newton's method, and {first['iterations']} iterations of"
         " conjugate gradients in all. Left: the time of each module, all steps together. Right: what the model of"
-        f" {first['cores']} cores gives to each on {first['modelled_on']}, a body of about the same size, alone. The"
-        f" frame would take 1/{module_times.of_frame(rows):.1f} of the time of one core, and {module} would take"
-        f" {share:.0%} of that. The papers' time is of another machine and another scene.",
+        f" {first['cores']} cores gives to each on {first['modelled_on']}, a body of about the same size, alone."
+        f" {module_times.frame_in_words(rows)}"
+        " The papers' time is of another machine and another scene.",
     ]
 
 

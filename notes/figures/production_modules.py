@@ -48,12 +48,10 @@ def in_short(rows):
 
 def here(rows):
     first = rows[0]
-    module, share = module_times.longest(rows)
     return [
         f"A frame of 1/24 s has {first['substeps']} substeps, and {first['iterations']} iterations of the pressure in"
         " all. Left: the time of each module, all substeps together. Right: what the model of"
-        f" {first['cores']} cores gives to each on the same scene, alone. The frame would take"
-        f" 1/{module_times.of_frame(rows):.1f} of the time of one core, and {module} would take {share:.0%} of that."
+        f" {first['cores']} cores gives to each on the same scene, alone. {module_times.frame_in_words(rows)}"
         " The papers' times are of another machine and another scene.",
     ]
 
