@@ -60,8 +60,8 @@ void for_each_array(S& state, const F& f) {
   for_each_array(state.impacts, f);
 }
 
-// Pairs, corners and both positions of vertices are read once: caches hold what many pairs share. The first two tests of
-// a pair take about 170 operations.
+// Pairs, corners and both positions of vertices are read once: caches hold what many pairs share. The first two tests
+// of a pair take about 170 operations.
 Case make(const std::string& path) {
   const auto in = inputs(path);
   const auto problem = std::make_shared<const Problem>(make_problem(*in));
