@@ -96,7 +96,7 @@ std::string other_programs() {
   return cores < .5 ? "" : "other programs keep " + std::to_string(cores) + " cores busy";
 }
 
-// The ratio is mostly 1 to 2.1 (notes/waiting.md). With the waiting of OpenMP's runtime it was 8 to 14.
+// The ratio is mostly 1 to 3.5 (notes/waiting.md). With the waiting of OpenMP's runtime it was 8 to 14.
 TEST_F(Waiting, TwoThreadsBesideOneBusyLoop) {
   if (const std::string others = other_programs(); !others.empty()) GTEST_SKIP() << others;
   const BusyLoops loop(1, 0);

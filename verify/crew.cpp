@@ -6,6 +6,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <climits>
 #include <utility>
@@ -25,10 +26,10 @@ constexpr int turns = 20;
 // 5 to 50 microseconds.
 constexpr auto patience = 50us;
 // A thread that gets its core back so late has shared it with another program that computes. It lost a slice of the
-// scheduler's time, 3 ms here. If that happens twice in a row (the host of a virtual machine may take a core once,
-// too), it sleeps at once for a while.
+// scheduler's time, 3 ms here. So it sleeps at once for a spell. What took the core may be gone after it, or have been
+// the host of a virtual machine: the first spell is short. Each that is followed by another soon is twice as long.
 constexpr auto late = 500us;
-constexpr auto while_shared = 1s;
+constexpr Clock::duration shortest_spell = 5ms, longest_spell = 1s;
 
 long futex(const std::atomic<unsigned>& word, int operation, unsigned value) {
   static_assert(sizeof word == 4);
@@ -44,7 +45,7 @@ void Crew::Gate::open() {
 
 void Crew::Gate::wait(unsigned before) {
   thread_local Clock::time_point shared_until;
-  thread_local bool came_late = false;
+  thread_local Clock::duration spell = 0ms;
   for (int turn = 0; turn < turns; ++turn) {
     if (opened_.load(std::memory_order_acquire) != before) return;
     pause();
@@ -54,8 +55,10 @@ void Crew::Gate::wait(unsigned before) {
     if (opened_.load(std::memory_order_acquire) != before) return;
     sched_yield();
     const Clock::time_point yielded = std::exchange(time, Clock::now());
-    const bool was_late = std::exchange(came_late, time - yielded > late);
-    if (was_late && came_late) shared_until = time + while_shared;
+    if (time - yielded > late) {
+      spell = time < shared_until + 2 * spell ? std::min(2 * spell, longest_spell) : shortest_spell;
+      shared_until = time + spell;
+    }
   }
   // Whoever opens sees a sleeper, or the sleeper sees that it has been opened: the kernel compares before it puts a
   // thread to sleep.
