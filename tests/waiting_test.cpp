@@ -103,7 +103,7 @@ TEST_F(Waiting, TwoThreadsBesideOneBusyLoop) {
   EXPECT_LT(ratio(&RunTimes::frame), 10);
 }
 
-// The ratio of whole commands is 1.2 to 1.7; with the waiting of OpenMP's runtime it was 105. That of the steps alone
+// The ratio of whole commands is 1.1 to 1.9; with the waiting of OpenMP's runtime it was 105. That of the steps alone
 // would compare with steps that do not wait at all: one thread loses its core to the loops where it writes a frame,
 // and then has a fresh time slice for the whole next step.
 TEST_F(Waiting, TwoThreadsBesideManyBusyLoops) {

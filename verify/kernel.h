@@ -45,10 +45,10 @@ struct Judgement {
 struct Work {
   double items;
   std::string unit;     // name of an item, such as pairs
-  double bytes;         // that must be read from or written to memory; of iterations that `iterations` counts, in all
+  double bytes;         // that all iterations together must read from or write to memory
   double flops;         // of the serial form
   double lane_use = 0;  // openmp: the share of lanes in use; 0 if unknown
-  int iterations = 1;   // each of which goes through the same bytes / iterations
+  int iterations = 1;   // of a solver; each reads and writes the same data, bytes / iterations
 };
 
 // The share of lanes in use if runs of these lengths each start in a new vector.

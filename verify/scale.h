@@ -25,8 +25,8 @@ nlohmann::ordered_json describe(const Model& model);   // the costs by name
 // The model with these costs, by their names in describe(), of another machine.
 Model with_given(Model model, const std::map<std::string, double>& given);
 
-// Work that can be repeated after `reset`. `bytes` is its memory traffic if caches do not hold the data: what one
-// iteration goes through.
+// Work that can be repeated after `reset`. `bytes` is the memory traffic of all iterations together, if caches do not
+// hold the data of one.
 struct Repeatable {
   std::function<void()> reset, work;
   double bytes;
