@@ -191,7 +191,7 @@ build/fuzz/loaders_fuzz: $(kernel) $(filter-out $(BUILD)/verify/main.o,$(verify)
 	@echo "link $@" && $(CXX) $(FLAGS) $(WRAPS) $^ $(LIBS) -o $@
 
 endure: build/lockstep  ## run moving scenes for 20,000 steps: values stay valid, memory does not grow (SCENE=a.toml STEPS= SHARD=1/2)
-	GLIBC_TUNABLES=glibc.malloc.tcache_count=0:glibc.malloc.hugetlb=1 build/lockstep endure $(if $(SCENE),--scene $(SCENE)) $(if $(STEPS),--steps $(STEPS)) $(shard) --json build/endure$(of_shard).json
+	GLIBC_TUNABLES=glibc.malloc.hugetlb=1 build/lockstep endure $(if $(SCENE),--scene $(SCENE)) $(if $(STEPS),--steps $(STEPS)) $(shard) --json build/endure$(of_shard).json
 
 extremes: build/lockstep  ## run the smallest and largest scenes; what exceeds memory must be refused before it allocates
 	$(PYTHON) tests/extremes.py

@@ -249,7 +249,7 @@ int main(int argc, char** argv) {
       if (verify_command->parsed()) return verify(options);
       if (bench_command->parsed()) return bench(options);
       if (scale_command->parsed()) return scale(scale_options);
-      if (endure_command->parsed()) return endure(endure_options);
+      if (endure_command->parsed()) return endure(endure_options, argv);
       if (figures_command->parsed()) return figures(figure_options);
       if (compare_command->parsed()) return compare_reports(compare_options);
       if (merge_command->parsed()) return merge_reports(merge_options);

@@ -74,10 +74,10 @@ int list(const ListOptions& options);
 int verify(const Options& options);
 int bench(const Options& options);
 int scale(const ScaleOptions& options);
-int run(const RunOptions& options);                  // 128 + the signal's number if a signal stopped it
-int endure(const EndureOptions& options);            // long runs: memory must not grow, values stay valid
-int figures(const FigureOptions& options);           // writes the data of each figure, NAME.json
-int compare_reports(const CompareOptions& options);  // times of two reports of bench, row by row
-int merge_reports(const MergeOptions& options);      // reports of shards as one; 1 if a row of them failed
+int run(const RunOptions& options);                     // 128 + the signal's number if a signal stopped it
+int endure(const EndureOptions& options, char** argv);  // long runs: memory must not grow, values stay valid
+int figures(const FigureOptions& options);              // writes the data of each figure, NAME.json
+int compare_reports(const CompareOptions& options);     // times of two reports of bench, row by row
+int merge_reports(const MergeOptions& options);         // reports of shards as one; 1 if a row of them failed
 
 }  // namespace lockstep::verify
