@@ -4,7 +4,8 @@
 // times on its way: by the volume (1), V^T gradient of both corners (6), their product (1) and that with the derivative
 // (1), M's sums (2), U M U^T (6), the sums of two fibres (2), the sum for corner 0 (2). A fibre's products are rounded
 // less often. Then tetrahedra around two nodes are added up, and blocks of a row for the diagonal. So, to first order,
-// an entry is off by at most so many u of its products' sizes, which the same formulas make of the sizes of all numbers.
+// an entry is off by at most so many u of its products' sizes. The same formulas make these of the sizes of all
+// numbers.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -167,9 +168,9 @@ TEST(ProductionFaceRounding, LeavesDefiniteWhatStrainsMakeSo) {
   }
 }
 
-// At rest U is V, and the stress 0: a turn W strains nothing but by the rounding of gradients, u of each, and by that of
-// alpha and beta, which are equal: 16 u of the terms they are made of, 2 (m10 + 2 m01) and the parts of the pressure.
-// Entries of K round besides.
+// At rest U is V, and the stress 0. A turn W strains nothing but by the rounding of gradients, u of each, and by that
+// of alpha and beta, which are equal: 16 u of the terms they are made of, 2 (m10 + 2 m01) and the parts of the
+// pressure. Entries of K round besides.
 TEST(ProductionFaceRounding, LeavesRigidMotionsInTheNullSpace) {
   Scene scene = scene_of("twelve");
   for (Array<float>* component : {&scene.pose.displacement.x, &scene.pose.displacement.y, &scene.pose.displacement.z})
