@@ -49,11 +49,11 @@ TEST(ScaleGiven, BoundsTheRowByTheMemoryGiven) {
 
 // Iterations find in the cache what the one before left there, if it holds what one of them goes through.
 TEST(ScaleGiven, MemoryIsReadAnewWhereTheCacheDoesNotHoldAnIteration) {
-  const auto memory_ms = [](int iterations) {
-    return verify::fields_of({}, {{}, {}, 3e6, iterations}, 2, ours)["memory_ms"].get<double>();
+  const auto memory_ms = [](double data) {
+    return verify::fields_of({}, {{}, {}, 3e6, data}, 2, ours)["memory_ms"].get<double>();
   };
-  EXPECT_DOUBLE_EQ(memory_ms(2), .1);  // 1.5 MB each, of a cache of 1 MB
-  EXPECT_EQ(memory_ms(3), 0);          // 1 MB each
+  EXPECT_DOUBLE_EQ(memory_ms(1.5e6), .1);  // the cache has 1 MB
+  EXPECT_EQ(memory_ms(1e6), 0);
 }
 
 // Not 0 / 0, which JSON writes as null.

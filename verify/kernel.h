@@ -45,10 +45,10 @@ struct Judgement {
 struct Work {
   double items;
   std::string unit;     // name of an item, such as pairs
-  double bytes;         // that all iterations together must read from or write to memory
+  double bytes;         // read from or written to memory, if caches hold nothing from one iteration to the next
   double flops;         // of the serial form
   double lane_use = 0;  // openmp: the share of lanes in use; 0 if unknown
-  int iterations = 1;   // of a solver; each reads and writes the same data, bytes / iterations
+  double data = 0;      // of a solver: bytes of all arrays that an iteration goes through, once each; 0 for others
 };
 
 // The share of lanes in use if runs of these lengths each start in a new vector.

@@ -113,9 +113,9 @@ void print(const nlohmann::ordered_json& row, double first_ms) {
               percent("serial"), percent("together"), percent("locks"), percent("dispatch"), percent("waiting"));
 }
 
-// Of the work, the bytes that go to memory: none if the last-level cache holds them from one iteration to the next.
+// Of the work, the bytes that go to memory: none if the last-level cache holds the data.
 double bytes_of(const Repeatable& what, const Model& model) {
-  return what.bytes > model.last_level_cache_bytes * what.iterations ? what.bytes : 0;
+  return (what.data > 0 ? what.data : what.bytes) > model.last_level_cache_bytes ? what.bytes : 0;
 }
 
 }  // namespace
@@ -228,7 +228,7 @@ int scale(const ScaleOptions& options) {
         const int cores = options.cores[c];
         progress(what + ", " + std::to_string(cores) + " cores" + when);
         nlohmann::ordered_json &kept = rows[k * counts + c], row = named(k * counts);
-        const Repeatable what_runs = {run.reset, run.openmp, run.work.bytes, run.work.iterations};
+        const Repeatable what_runs = {run.reset, run.openmp, run.work.bytes, run.work.data};
         row.update(scale_row(model, what_runs, cores, options.quick));
         const int before = kept.value("passes", 0);
         kept = kept.empty() ? row : less_disturbed(kept, row);

@@ -25,12 +25,11 @@ nlohmann::ordered_json describe(const Model& model);   // the costs by name
 // The model with these costs, by their names in describe(), of another machine.
 Model with_given(Model model, const std::map<std::string, double>& given);
 
-// Work that can be repeated after `reset`. `bytes` is the memory traffic of all iterations together, if caches do not
-// hold the data of one.
+// Work that can be repeated after `reset`; `bytes` and `data` are those of Work (kernel.h).
 struct Repeatable {
   std::function<void()> reset, work;
   double bytes;
-  int iterations = 1;
+  double data = 0;
 };
 
 // Records the work once on `cores`, and replays this record with each model. Where a replay is shorter than its element

@@ -58,7 +58,7 @@ void sensitivity(const FigureOptions& options, const Model& model, RowsOf& rows)
       rows.add({{"kernel", look.kernel}, {"form", look.form}, {"scene", named.scene}, {"cores", cores}}, [&] {
         progress("sensitivity: " + selected.kernel.name + ", " + std::to_string(cores) + " cores");
         if (!run) run = selected.kernel.make(selected.scene_path);
-        const Repeatable what = {run->reset, run->openmp, run->work.bytes, run->work.iterations};
+        const Repeatable what = {run->reset, run->openmp, run->work.bytes, run->work.data};
         std::vector<Replayed> least(models.size(), {.total = std::numeric_limits<double>::infinity()});
         for (int repeat = 0; repeat < (options.quick ? 1 : 5); ++repeat) record_once(what, cores, models, least);
         Rows row;

@@ -75,7 +75,7 @@ void require_convergence(Judgement& judgement, const State& state, const Rows<fl
 // writes, the matrices apart: A p and M^-1 r two vectors each, r . z two, x and p five, r three.
 Work work_of(const Solution& s, double rows, double matrix_bytes, double matrix_flops) {
   return {rows * s.iterations, "rows", s.iterations * (matrix_bytes + 56 * rows),
-          s.iterations * (matrix_flops + 12 * rows), 0, s.iterations};
+          s.iterations * (matrix_flops + 12 * rows), 0, matrix_bytes + 4 * 5 * rows};
 }
 
 struct Twins {

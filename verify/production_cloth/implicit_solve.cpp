@@ -106,14 +106,16 @@ void require_convergence(const ImplicitInputs& in, const SerialImplicitMemory& m
 
 // An iteration multiplies by A and by M^-1, takes three dot products, and updates three vectors of three numbers a
 // vertex. Of what it reads and writes, the matrices apart: the products two vectors each, p . q two, r . z two, x and p
-// five, r three. Assembly, of which a block takes about 60 operations, is counted by what it writes of A.
+// five, r three; these are five vectors. Assembly, of which a block takes about 60 operations, is counted by what it
+// writes of A.
 Work work_of(const ImplicitInputs& in, const OpenmpImplicitMemory& memory, int iterations) {
   const double rows = 3. * in.elements->vertices, blocks = memory.pattern.blocks();
   return {double(in.elements->vertices) * iterations, "vertices",
           iterations * (linear::bytes_of(memory.matrix) + linear::bytes_of(memory.inverse) + 4 * rows * 16) +
               4. * double(memory.matrix.value.size()),
           iterations * (18 * (blocks + rows / 3) + 12 * rows) + 60 * blocks,
-          blocks / double(memory.matrix.column.size()), std::max(1, iterations)};
+          blocks / double(memory.matrix.column.size()),
+          linear::bytes_of(memory.matrix) + linear::bytes_of(memory.inverse) + 4 * rows * 5};
 }
 
 Case make(const std::string& path) {

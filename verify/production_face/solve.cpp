@@ -64,8 +64,8 @@ void require_convergence(Judgement& judgement, const Problem& problem, const Sol
 }
 
 // An iteration multiplies by K and by M^-1, takes three dot products, and updates three vectors. Of what it reads and
-// writes, K apart: the product two vectors, x . K x two, M^-1 r four, r . z two, x and p five, r three. Multigrid
-// multiplies by K twice more; the rest of its cycle is left out.
+// writes, K apart: the product two vectors, x . K x two, M^-1 r four, r . z two, x and p five, r three; with M^-1 these
+// are six vectors. Multigrid multiplies by K twice more; the rest of its cycle is left out.
 enum class By { nothing, blocks, levels };
 
 Work work_of(const Problem& problem, int iterations, By by) {
@@ -75,7 +75,8 @@ Work work_of(const Problem& problem, int iterations, By by) {
   return {double(problem.free_nodes) * iterations, "nodes",
           iterations * (products * linear::bytes_of(problem.sliced) + 4 * rows * (preconditioned ? 18 : 16)),
           iterations * (products * 18 * blocks + (preconditioned ? 17 : 12) * rows),
-          double(problem.rows.column.size()) / double(problem.sliced.column.size()), iterations};
+          double(problem.rows.column.size()) / double(problem.sliced.column.size()),
+          linear::bytes_of(problem.sliced) + 4 * 6 * rows};
 }
 
 using SerialSolve = std::function<Solve<linear::BlockRows<float>, float>>;
