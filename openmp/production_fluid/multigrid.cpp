@@ -17,6 +17,7 @@
 #include "common/simd.h"
 #include "common/simd_double.h"
 #include "openmp/production_fluid/multigrid_levels.h"
+#include "openmp/production_fluid/prefetch.h"
 
 namespace lockstep::production_fluid::openmp {
 namespace {
@@ -84,19 +85,11 @@ struct Vectors {
 
 // --- The cycle
 
-// A pass over cells and their neighbours reads more arrays at once than the processor prefetches far enough ahead. So
-// the farthest neighbour, and what else is read, are prefetched: a solve takes about .9 of the time.
-template <class... Arrays>
-LOCKSTEP_INLINE void prefetch(const Arrays*... at) {
-  constexpr int ahead = 512;
-  (__builtin_prefetch(at + ahead), ...);
-}
-
 // Rows of A x.
 LOCKSTEP_INLINE floatv row_times(const Level& level, const Real* x, std::size_t i) {
   const std::ptrdiff_t line = level.cells.line(), plane = level.cells.plane();
   const Real* const at = x + i;
-  prefetch(at + plane, &(*level.diagonal)[i]);
+  prefetch<ahead>(at + plane, &(*level.diagonal)[i]);
   return product(load(&(*level.diagonal)[i]), load(at), load(at - 1), load(at + 1), load(at - line), load(at + line),
                  load(at - plane), load(at + plane));
 }
@@ -137,7 +130,7 @@ void smooth_band(Level& level, std::span<const Real> right, int first_colour) {
 double smooth(const Level& level, std::span<const Real> right, std::span<Real> z) {
   const auto load_all = [](const Real* p) { return load(p); };
   return sum(level, [&](std::size_t i) {
-    prefetch(&level.guess[i + level.cells.plane()], &level.inverse[i], &right[i]);
+    prefetch<ahead>(&level.guess[i + level.cells.plane()], &level.inverse[i], &right[i]);
     const floatv found = jacobi(load(&level.guess[i]), solve_row(level, right, level.guess, i, load_all));
     store(&z[i], found);
     return to_double(load(&right[i])) * to_double(found);

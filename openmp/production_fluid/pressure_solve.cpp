@@ -15,6 +15,7 @@
 #include "common/real.h"
 #include "common/simd.h"
 #include "common/simd_double.h"
+#include "openmp/production_fluid/prefetch.h"
 #include "openmp/production_fluid/skewed.h"
 #include "openmp/production_fluid/zeros.h"
 
@@ -97,24 +98,13 @@ struct Vectors {
   }
 };
 
-// Neighbours of the sixteen cells at `at`.
-LOCKSTEP_INLINE floatv low_x(const Real* at) { return load(at - Skewed::along_x); }
-LOCKSTEP_INLINE floatv high_x(const Real* at) { return load(at + Skewed::along_x); }
-LOCKSTEP_INLINE floatv low_y(const Skewed& skewed, const Real* at) {
-  return shift_up(low_x(at), at[skewed.to_low_tile() + lanes - 1]);
-}
-LOCKSTEP_INLINE floatv high_y(const Skewed& skewed, const Real* at) {
-  return shift_down(high_x(at), at[skewed.to_high_tile()]);
-}
-LOCKSTEP_INLINE floatv low_z(const Skewed& skewed, const Real* at) { return load(at - skewed.along_z()); }
-LOCKSTEP_INLINE floatv high_z(const Skewed& skewed, const Real* at) { return load(at + skewed.along_z()); }
-
 double multiply(const Skewed& skewed, const Array<Real>& diagonal, std::span<const Real> x, std::span<Real> y) {
   return sum(skewed, [&](const Stretch& tile) {
     doublev lines = 0.;
     for_each_vector(skewed, tile, [&](std::size_t i) {
       const Real* const at = &x[i];
       const floatv here = load(at), d = load(&diagonal[i]);
+      prefetch<ahead>(at + skewed.along_z(), &diagonal[i]);
       const floatv row = product(d, here, low_x(at), high_x(at), low_y(skewed, at), high_y(skewed, at),
                                  low_z(skewed, at), high_z(skewed, at));
       const floatv found = select(d > 0.f, row, 0.f);
@@ -232,12 +222,14 @@ double precondition(const Skewed& skewed, const Kind& kind, const Array<Real>& i
     kind.ascending([&](const Stretch& part, const Coupled& c) {
       for_each_vector(skewed, part, [&](std::size_t i) {
         const Real* const at = &z[i];
+        prefetch<ahead>(&inverse[i], &r[i]);
         store(&z[i], forward(load(&inverse[i]), load(&r[i]), low_x(at), low_y(skewed, at, c), low_z(skewed, at, c)));
       });
     });
     kind.descending([&](const Stretch& part, const Coupled& c) {
       for_each_vector_backward(skewed, part, [&](std::size_t i) {
         const Real* const at = &z[i];
+        prefetch<-ahead>(&inverse[i], at);
         store(&z[i], backward(load(&inverse[i]), load(at), high_x(at), high_y(skewed, at, c), high_z(skewed, at, c)));
       });
     });

@@ -108,4 +108,16 @@ inline Skewed::Skewed(const System<float>& system)
   for (const Stretch& all : tiles_) blocks_[all.z / side_of_a_block * tiles_along_y_ + all.tile].push_back(all);
 }
 
+// Neighbours of the sixteen cells at `at`.
+LOCKSTEP_INLINE floatv low_x(const Real* at) { return load(at - Skewed::along_x); }
+LOCKSTEP_INLINE floatv high_x(const Real* at) { return load(at + Skewed::along_x); }
+LOCKSTEP_INLINE floatv low_y(const Skewed& skewed, const Real* at) {
+  return shift_up(low_x(at), at[skewed.to_low_tile() + lanes - 1]);
+}
+LOCKSTEP_INLINE floatv high_y(const Skewed& skewed, const Real* at) {
+  return shift_down(high_x(at), at[skewed.to_high_tile()]);
+}
+LOCKSTEP_INLINE floatv low_z(const Skewed& skewed, const Real* at) { return load(at - skewed.along_z()); }
+LOCKSTEP_INLINE floatv high_z(const Skewed& skewed, const Real* at) { return load(at + skewed.along_z()); }
+
 }  // namespace lockstep::production_fluid::openmp
