@@ -104,6 +104,14 @@ EigenRows to_eigen(const Rows<Real>& a) {
 }
 
 template <class Real>
+Eigen::MatrixXd to_dense(const BlockRows<Real>& a) {
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(3 * a.rows, 3 * a.rows);
+  for (int i = 0; i < a.rows; ++i)
+    for (int b = a.begin[i]; b < a.begin[i + 1]; ++b)
+      for (int e = 0; e < 9; ++e) dense(3 * i + e / 3, 3 * a.column[b] + e % 3) = a.value[9 * std::size_t(b) + e];
+  return dense;
+}
+template <class Real>
 Eigen::VectorXd to_eigen(const Array<Real>& x) {
   return Eigen::Map<const Eigen::Matrix<Real, Eigen::Dynamic, 1>>(x.data(), static_cast<Eigen::Index>(x.size()))
       .template cast<double>();

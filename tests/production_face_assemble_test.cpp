@@ -10,12 +10,10 @@
 #include <random>
 #include <vector>
 
-#define EIGEN_DONT_VECTORIZE
-#include <eigen3/Eigen/Dense>
-
 #include "common/production_face/make.h"
 #include "common/production_face/scene.h"
 #include "common/production_face/update_state.h"
+#include "tests/linear_matrices.h"
 #include "tests/production_face_bodies.h"
 
 namespace lockstep::production_face {
@@ -39,15 +37,6 @@ Scene small_scene(double shake) {
 
 using Dense = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
-
-template <class Real>
-Dense dense(const linear::BlockRows<Real>& k) {
-  Dense all = Dense::Zero(3 * k.rows, 3 * k.rows);
-  for (int i = 0; i < k.rows; ++i)
-    for (int b = k.begin[i]; b < k.begin[i + 1]; ++b)
-      for (int e = 0; e < 9; ++e) all(3 * i + e / 3, 3 * k.column[b] + e % 3) = k.value[9 * std::size_t(b) + e];
-  return all;
-}
 
 Strained<float> strained(const Scene& scene, bool definite) {
   Strained<float> s = make_strained(scene.body);
@@ -111,7 +100,7 @@ Dense stiffness_in_double(const InDouble& d) {
   Strained<double> s = make_strained(d.body);
   serial::update_state(d.body, d.flesh, d.pose, false, s);
   serial::assemble(d.body, s, pattern, k);
-  return dense(k);
+  return linear::to_dense(k);
 }
 
 TEST(ProductionFaceAssemble, IsMinusTheSlopeOfTheForces) {

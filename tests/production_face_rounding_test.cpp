@@ -12,11 +12,9 @@
 #include <cmath>
 #include <random>
 
-#define EIGEN_DONT_VECTORIZE
-#include <eigen3/Eigen/Dense>
-
 #include "common/linear/matrix.h"
 #include "common/production_face/assemble.h"
+#include "tests/linear_matrices.h"
 #include "tests/production_face_bodies.h"
 
 namespace lockstep::production_face {
@@ -26,15 +24,6 @@ using Dense = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
 constexpr double u = 0x1p-24;
-
-template <class Real>
-Dense dense(const linear::BlockRows<Real>& k) {
-  Dense all = Dense::Zero(3 * k.rows, 3 * k.rows);
-  for (int i = 0; i < k.rows; ++i)
-    for (int b = k.begin[i]; b < k.begin[i + 1]; ++b)
-      for (int e = 0; e < 9; ++e) all(3 * i + e / 3, 3 * k.column[b] + e % 3) = k.value[9 * std::size_t(b) + e];
-  return all;
-}
 
 linear::BlockRows<float> stiffness(const Scene& scene, const Strained<float>& s) {
   const Pattern pattern = make_pattern(scene.body);
@@ -102,7 +91,7 @@ TEST(ProductionFaceRounding, IsAllThatFloatAndDoubleDifferBy) {
     for_each_error(scene, s, [&](int i, int j, int row, int column, double error) {
       bound(3 * i + row, 3 * j + column) += error, bound(3 * i + row, 3 * i + column) += error;
     });
-    const Dense k = dense(stiffness(scene, s)), off = k - dense(truth);
+    const Dense k = linear::to_dense(stiffness(scene, s)), off = k - linear::to_dense(truth);
     EXPECT_TRUE((off.cwiseAbs().array() <= bound.array()).all());
     EXPECT_LT(bound.norm(), 1e-4 * k.norm()) << "the bound says something";
   }
@@ -179,7 +168,7 @@ TEST(ProductionFaceRounding, LeavesRigidMotionsInTheNullSpace) {
   scene.body.held.clear();
   const Body<float>& body = scene.body;
   const Strained<float> s = strained(scene.body, scene.flesh, scene.pose, false);
-  const Dense k = dense(stiffness(scene, s));
+  const Dense k = linear::to_dense(stiffness(scene, s));
   const auto vector_at = [](const Blocked<float>& array, int t, int a) {
     return Eigen::Vector3d(array.at(t, 3 * a), array.at(t, 3 * a + 1), array.at(t, 3 * a + 2));
   };

@@ -25,7 +25,8 @@ using namespace production_fluid;
 using namespace production_fluid_inputs;
 
 // An iteration multiplies by A and by M^-1, takes three dot products, and updates three vectors. Bytes: of the product
-// three vectors, of the two solves five, of r . z two, of x and p five, of r three.
+// three vectors, of the two solves five, of r . z two, of x and p five, of r three. The data are taken to be as many: a
+// vector counts each time that it is read, since arrays have places without cells, too, which are not counted.
 Work work_with_factor(double liquid, int iterations) {
   const double bytes = 4 * 18;
   return {liquid * iterations, "cells", liquid * iterations * bytes, liquid * iterations * (9. + 9 + 6 + 6), 0,
