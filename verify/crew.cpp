@@ -30,6 +30,8 @@ constexpr auto patience = 50us;
 // the host of a virtual machine: the first spell is short. Each that is followed by another soon is twice as long.
 constexpr auto late = 500us;
 constexpr Clock::duration shortest_spell = 5ms, longest_spell = 1s;
+// When the last spell of any thread ends. Of two threads that set it at once, either will do.
+std::atomic<Clock::time_point> last_spell_ends = Clock::time_point();
 
 long futex(const std::atomic<unsigned>& word, int operation, unsigned value) {
   static_assert(sizeof word == 4);
@@ -58,6 +60,7 @@ void Crew::Gate::wait(unsigned before) {
     if (time - yielded > late) {
       spell = time < shared_until + 2 * spell ? std::min(2 * spell, longest_spell) : shortest_spell;
       shared_until = time + spell;
+      if (shared_until > last_spell_ends.load()) last_spell_ends = shared_until;
     }
   }
   // Whoever opens sees a sleeper, or the sleeper sees that it has been opened: the kernel compares before it puts a
@@ -65,6 +68,10 @@ void Crew::Gate::wait(unsigned before) {
   sleepers_.fetch_add(1);
   while (opened_.load() == before) futex(opened_, FUTEX_WAIT_PRIVATE, before);
   sleepers_.fetch_sub(1);
+}
+
+Clock::duration Crew::cores_shared_for() {
+  return std::max<Clock::duration>(last_spell_ends.load() - Clock::now(), 0s);
 }
 
 void Crew::run() {

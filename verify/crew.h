@@ -4,6 +4,8 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
+#include <utility>
 
 namespace lockstep::verify {
 
@@ -23,13 +25,20 @@ class Crew {
   // Whether the calling thread is in a region, and in no region inside it.
   static bool in_region() { return in_region_; }
 
-  // Runs a region that a thread opens inside another. libgomp gives it one thread.
+  // Runs a region with one thread: for libgomp, all regions are inside the one in which the team is held.
   template <class Open>
-  static void nested(Open open) {
-    in_region_ = false;
+  static void alone(Open open) {
+    const bool was_in_region = std::exchange(in_region_, false);
     open();
-    in_region_ = true;
+    in_region_ = was_in_region;
   }
+
+  // While the crew rests, thread 0 runs each region alone.
+  void set_resting(bool resting) { resting_ = resting; }
+  bool resting() const { return resting_; }
+
+  // For how long another program is expected to go on using a core that a crew's thread needs: 0 if none does.
+  static std::chrono::steady_clock::duration cores_shared_for();
 
   // Runs regions until the crew is dismissed. Called by the other threads.
   void serve();
@@ -50,6 +59,7 @@ class Crew {
   void run();
 
   int size_ = 1, asked_for_ = 1;
+  bool resting_ = false;
   void (*region_)(void*) = nullptr;  // the region to run; null: the crew is dismissed
   void* data_ = nullptr;
   Gate begin_, all_arrived_, end_;

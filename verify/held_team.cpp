@@ -2,6 +2,7 @@
 
 #include <omp.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <exception>
 
@@ -22,6 +23,17 @@ bool holds_teams() { return libgomp && !std::getenv("OMP_WAIT_POLICY") && !std::
 }  // namespace
 
 const char* way_to_wait() { return holds_teams() ? "held team" : "OpenMP's runtime"; }
+
+double cores_shared_for() { return crew ? std::chrono::duration<double>(Crew::cores_shared_for()).count() : 0; }
+
+void rest_team(const std::function<void()>& work) {
+  if (!crew) return work();
+  struct Rest {
+    Rest() { crew->set_resting(true); }
+    ~Rest() { crew->set_resting(false); }
+  } rest;
+  work();
+}
 
 void hold_team(int threads, const std::function<void()>& work) {
   omp_set_num_threads(threads);

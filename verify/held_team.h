@@ -22,6 +22,15 @@ namespace lockstep::verify {
 // Not to be called from a parallel region, or from `work`.
 void hold_team(int threads, const std::function<void()>& work);
 
+// For how long another program is expected to go on using a core of the held team's, in s: 0 if none does, or no team
+// is held. It is known by threads that got their cores back late (verify/crew.cpp).
+double cores_shared_for();
+
+// Runs `work` while the other threads of the held team sleep: each region has one thread. omp_get_max_threads() stays
+// as it is. Exceptions of `work` pass through. Without a held team it just runs `work`. To be called from hold_team's
+// `work`, outside regions.
+void rest_team(const std::function<void()>& work);
+
 // How threads wait for one another, for reports: "held team" or "OpenMP's runtime".
 const char* way_to_wait();
 

@@ -31,8 +31,12 @@ void run_observed(void* data) {
 
 // Whether the crew runs a region that asks for `threads` threads (0: no number is asked for).
 bool crew_runs(unsigned threads) {
-  return crew && !Crew::in_region() && (threads == 0 || threads == static_cast<unsigned>(crew->size()));
+  return crew && !crew->resting() && !Crew::in_region() &&
+         (threads == 0 || threads == static_cast<unsigned>(crew->size()));
 }
+
+// Whether libgomp runs a region on one thread, since it is inside another or the crew rests.
+bool runs_alone() { return Crew::in_region() || (crew && crew->resting()); }
 
 }  // namespace
 
@@ -64,15 +68,15 @@ static void run_sharing(void* data) {
   region.region(region.data);
 }
 
-#define WRAP_REGION(name, parameters, pass_on, answer, run)                                  \
-  void __real_##name parameters;                                                             \
-  void __wrap_##name parameters {                                                            \
-    if (recorder) return answer;                                                             \
-    if (crew_runs(threads)) return run;                                                      \
-    if (Crew::in_region()) return Crew::nested([&] { __real_##name pass_on; });              \
-    Region observed = {region, data};                                                        \
-    region = run_observed, data = &observed;                                                 \
-    __real_##name pass_on;                                                                   \
+#define WRAP_REGION(name, parameters, pass_on, answer, run)               \
+  void __real_##name parameters;                                          \
+  void __wrap_##name parameters {                                         \
+    if (recorder) return answer;                                          \
+    if (crew_runs(threads)) return run;                                   \
+    if (runs_alone()) return Crew::alone([&] { __real_##name pass_on; }); \
+    Region observed = {region, data};                                     \
+    region = run_observed, data = &observed;                              \
+    __real_##name pass_on;                                                \
   }
 
 static void run_in_crew(void (*region)(void*), void* data, const SharedWork& work) {
@@ -81,8 +85,7 @@ static void run_in_crew(void (*region)(void*), void* data, const SharedWork& wor
 }
 
 WRAP_REGION(GOMP_parallel, (void (*region)(void*), void* data, unsigned threads, unsigned flags),
-            (region, data, threads, flags), recorder->parallel(region, data, threads, {}),
-            crew->parallel(region, data))
+            (region, data, threads, flags), recorder->parallel(region, data, threads, {}), crew->parallel(region, data))
 WRAP_REGION(GOMP_parallel_sections,
             (void (*region)(void*), void* data, unsigned threads, unsigned count, unsigned flags),
             (region, data, threads, count, flags),

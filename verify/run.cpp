@@ -13,6 +13,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <functional>
 #include <iterator>
 #include <optional>
 #include <span>
@@ -84,6 +85,40 @@ void stop_at_signals() {
   for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
 }
 
+// Takes steps on the held team, or on one thread while that is faster. Where other programs use a core, the threads of
+// a team wait for one another through the time slices of those, and many small steps fit into one slice.
+class Stepper {
+ public:
+  explicit Stepper(const std::function<void()>& step) : step_(step) {}
+
+  void step() {
+    const double start = now();
+    // A spell that would end within the frame is too short to gain from.
+    if (cores_shared_for() <= last_) {
+      step_();
+    } else {
+      double& time = together_ == 0 || (alone_ > 0 && together_ <= alone_) ? together_ : alone_;
+      if (&time == &alone_) {
+        rest_team(step_);
+        steps_alone++;
+      } else {
+        step_();
+      }
+      time = now() - start;
+    }
+    last_ = now() - start;
+    seconds += last_;
+  }
+
+  double seconds = 0;   // of all steps
+  int steps_alone = 0;  // how many were taken on one thread
+
+ private:
+  const std::function<void()>& step_;
+  double last_ = 0;                  // seconds of the last step
+  double together_ = 0, alone_ = 0;  // of the last on the team and on one thread while a core is shared; 0: none yet
+};
+
 int run_frames(const RunOptions& options) {
   const Simulation simulation = make_simulation(options);
   const int frames = options.frames > 0 ? options.frames : simulation.frames;
@@ -109,13 +144,11 @@ int run_frames(const RunOptions& options) {
   }
   const int first = frame;
   stop_at_signals();
-  double seconds = 0;
+  Stepper stepper(simulation.step);
   TeamSizes teams = {0, 0};
   take_team_sizes();
   while (frame < frames && !stopped_by) {
-    const double start = now();
-    simulation.step();
-    seconds += now() - start;
+    stepper.step();
     if (const TeamSizes now_teams = take_team_sizes(); !now_teams.are(omp_get_max_threads())) teams = now_teams;
     write_frame(++frame);
     progress("frame " + std::to_string(frame) + " of " + std::to_string(frames));
@@ -124,6 +157,9 @@ int run_frames(const RunOptions& options) {
   if (folder) folder->write_series(frame);
   if (!teams.are(omp_get_max_threads()))
     std::fprintf(stderr, "lockstep: %s\n", other_team(teams, omp_get_max_threads()).c_str());
+  if (stepper.steps_alone > 0)
+    std::fprintf(stderr, "lockstep: %d of %d frames ran on 1 thread, since other programs used the cores\n",
+                 stepper.steps_alone, frame - first);
   if (one_file) simulation.write_state(options.out);
   if (stopped_by) {
     std::fprintf(stderr, "lockstep: stopped after frame %d of %d%s\n", frame, frames,
@@ -135,8 +171,8 @@ int run_frames(const RunOptions& options) {
   std::printf("%s: %d %s, %d frames, %s %s on %d threads: %.2f ms a frame, %.3g %s a second; wrote %s\n",
               simulation.name.c_str(), simulation.elements, unit, made, options.variant.c_str(),
               simulation.form.c_str(), options.variant == "serial" ? 1 : omp_get_max_threads(),
-              1e3 * seconds / std::max(made, 1), made > 0 ? simulation.elements * made / seconds : 0, unit,
-              options.out.c_str());
+              1e3 * stepper.seconds / std::max(made, 1), made > 0 ? simulation.elements * made / stepper.seconds : 0,
+              unit, options.out.c_str());
   if (simulation.summary && made > 0) std::printf("%s\n", simulation.summary().c_str());
   return 0;
 }

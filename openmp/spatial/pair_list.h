@@ -45,12 +45,13 @@ template <class Find>
 const std::vector<PairList>& collect(int n, int chunk, const Find& find) {
   std::vector<PairList>& lists = workspace().collect;
   lists.resize(omp_get_max_threads());
+  for (PairList& list : lists) list.count = 0;  // the team may be smaller than that of the last call
   lockstep::openmp::Failure failure;
 #pragma omp parallel
   {
     // A thread adds to its own list alone; while it does, the list is where no other thread writes.
     PairList mine = std::move(lists[omp_get_thread_num()]);
-    mine.count = 0, mine.failure = &failure;
+    mine.failure = &failure;
     if (mine.b.empty()) make_room(mine);
 #pragma omp for schedule(dynamic, chunk) nowait
     for (int i = 0; i < n; ++i)
