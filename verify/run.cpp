@@ -157,9 +157,6 @@ int run_frames(const RunOptions& options) {
   if (folder) folder->write_series(frame);
   if (!teams.are(omp_get_max_threads()))
     std::fprintf(stderr, "lockstep: %s\n", other_team(teams, omp_get_max_threads()).c_str());
-  if (stepper.steps_alone > 0)
-    std::fprintf(stderr, "lockstep: %d of %d frames ran on 1 thread, since other programs used the cores\n",
-                 stepper.steps_alone, frame - first);
   if (one_file) simulation.write_state(options.out);
   if (stopped_by) {
     std::fprintf(stderr, "lockstep: stopped after frame %d of %d%s\n", frame, frames,
@@ -173,6 +170,8 @@ int run_frames(const RunOptions& options) {
               simulation.form.c_str(), options.variant == "serial" ? 1 : omp_get_max_threads(),
               1e3 * stepper.seconds / std::max(made, 1), made > 0 ? simulation.elements * made / stepper.seconds : 0,
               unit, options.out.c_str());
+  if (stepper.steps_alone > 0)
+    std::printf("%d of these frames ran on 1 thread, since other programs used the cores\n", stepper.steps_alone);
   if (simulation.summary && made > 0) std::printf("%s\n", simulation.summary().c_str());
   return 0;
 }
