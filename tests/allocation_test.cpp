@@ -187,10 +187,13 @@ TEST(Allocation, FailsOutsideOfTheNarrowPhase) {
   const Rounded<float> rounded(shapes);
   struct State {
     NarrowPhaseState state;
+    KeptContacts<float> kept;
     Array<Manifold<float>> manifolds;
   };
   every_allocation_may_fail<State>(
       {}, [&](State& s) { openmp::narrow_phase(rounded.placed(), pairs, .01f, s.state, s.manifolds); });
+  every_allocation_may_fail<State>(
+      {}, [&](State& s) { openmp::narrow_phase_kept(rounded.placed(), pairs, .01f, s.state, s.kept, s.manifolds); });
 }
 
 }  // namespace rigid_kernels

@@ -105,9 +105,9 @@ void expect_same(const NarrowPhaseState& a, const NarrowPhaseState& b) {
     ASSERT_EQ(std::memcmp(&a.simplex[k], &b.simplex[k], sizeof(Simplex)), 0) << k;
 }
 
-// The heap, shaken a little at every step; other pairs every step.
+// The heap, shaken by up to so many metres at every step; other pairs every step.
 template <class Run>
-void every_step(Heap heap, Run run) {
+void every_step(Heap heap, double shake, Run run) {
   std::mt19937 random(9);
   for (int step = 0; step < 3; ++step) {
     Pairs pairs;
@@ -116,7 +116,7 @@ void every_step(Heap heap, Run run) {
     const Rounded<float> rounded(heap.shapes);
     run(rounded.placed(), pairs);
     for (Pose<double>& pose : heap.shapes.pose)
-      pose.position.x += std::uniform_real_distribution<double>(-.01, .01)(random);
+      pose.position.x += std::uniform_real_distribution<double>(-shake, shake)(random);
   }
 }
 
@@ -125,7 +125,7 @@ TEST(RigidNarrowPhase, IsEveryPairByItsKernelInOrder) {
   ASSERT_GT(heap.pairs.size(), 500u);
   Ended ended;
   NarrowPhaseState state;
-  every_step(heap, [&](const Placed<float>& placed, const Pairs& pairs) {
+  every_step(heap, .01, [&](const Placed<float>& placed, const Pairs& pairs) {
     Array<Manifold<float>> manifolds(3);  // to be forgotten
     serial::narrow_phase(placed, pairs, .02f, state, manifolds);
     expect_same(manifolds, pair_by_pair(placed, pairs, .02f, ended));
@@ -147,11 +147,22 @@ TEST(RigidNarrowPhase, IsBitwiseTheSameInParallel) {
       omp_set_num_threads(threads);
       NarrowPhaseState state, state_openmp;
       Array<Manifold<float>> manifolds, manifolds_openmp;
-      every_step(heap, [&](const Placed<float>& placed, const Pairs& pairs) {
+      every_step(heap, .01, [&](const Placed<float>& placed, const Pairs& pairs) {
         serial::narrow_phase(placed, pairs, .02f, state, manifolds);
         openmp::narrow_phase(placed, pairs, .02f, state_openmp, manifolds_openmp);
         expect_same(manifolds_openmp, manifolds);
         expect_same(state_openmp, state);
+      });
+      // Some pairs are kept, others move too far, are new or were left out in the step before.
+      KeptContacts<float> kept, kept_openmp;
+      every_step(heap, .0006, [&](const Placed<float>& placed, const Pairs& pairs) {
+        serial::narrow_phase_kept(placed, pairs, .02f, state, kept, manifolds);
+        openmp::narrow_phase_kept(placed, pairs, .02f, state_openmp, kept_openmp, manifolds_openmp);
+        expect_same(manifolds_openmp, manifolds);
+        expect_same(state_openmp, state);
+        ASSERT_EQ(kept_openmp.pairs, kept.pairs);
+        for (std::size_t k = 0; k < kept.contact.size(); ++k)
+          ASSERT_EQ(std::memcmp(&kept_openmp.contact[k], &kept.contact[k], sizeof kept.contact[k]), 0) << k;
       });
       if (HasFatalFailure()) return;
     }

@@ -37,22 +37,37 @@ void for_each_field(M& motion, const F& f) {
   f("angular_velocity.x", w.x), f("angular_velocity.y", w.y), f("angular_velocity.z", w.z);
 }
 
-// Points beyond the count are left out. A manifold without points has only its count.
-template <Is<Manifold> M, class F>
-void for_each_field(M& m, const F& f) {
+// Of a Manifold or a KeptContact; points beyond the count are left out.
+template <class Contact, class F>
+void for_each_field_of_points(Contact& contact, const F& f) {
   static constexpr const char* names[most_points][5] = {
       {"point[0].position.x", "point[0].position.y", "point[0].position.z", "point[0].separation", "feature[0]"},
       {"point[1].position.x", "point[1].position.y", "point[1].position.z", "point[1].separation", "feature[1]"},
       {"point[2].position.x", "point[2].position.y", "point[2].position.z", "point[2].separation", "feature[2]"},
       {"point[3].position.x", "point[3].position.y", "point[3].position.z", "point[3].separation", "feature[3]"}};
+  auto& normal = contact.normal;
+  f("normal.x", normal.x), f("normal.y", normal.y), f("normal.z", normal.z);
+  for (int k = 0; k < contact.count && k < most_points; ++k) {
+    auto& [position, separation] = contact.point[k];
+    f(names[k][0], position.x), f(names[k][1], position.y), f(names[k][2], position.z), f(names[k][3], separation);
+    f(names[k][4], contact.feature[k]);
+  }
+}
+
+// A manifold without points has only its count.
+template <Is<Manifold> M, class F>
+void for_each_field(M& m, const F& f) {
   f("count", m.count);
   if (m.count <= 0) return;
-  f("a", m.a), f("b", m.b), f("normal.x", m.normal.x), f("normal.y", m.normal.y), f("normal.z", m.normal.z);
-  for (int k = 0; k < m.count && k < most_points; ++k) {
-    auto& [position, separation] = m.point[k];
-    f(names[k][0], position.x), f(names[k][1], position.y), f(names[k][2], position.z), f(names[k][3], separation);
-    f(names[k][4], m.feature[k]);
-  }
+  f("a", m.a), f("b", m.b);
+  for_each_field_of_points(m, f);
+}
+
+template <Is<KeptContact> K, class F>
+void for_each_field(K& kept, const F& f) {
+  for_each_field(kept.b_in_a, f);
+  f("count", kept.count), f("reach_a", kept.reach_a), f("reach_b", kept.reach_b);
+  if (kept.count > 0) for_each_field_of_points(kept, f);
 }
 
 template <Is<Impulses> I, class F>
@@ -120,6 +135,7 @@ void for_each_array(M& m, const F& f) {
   f("bounded", m.bounded, m.bounded.size()), f("with_planes", m.with_planes, m.with_planes.size());
   f("pairs", m.pairs, m.pairs.size()), f("narrow_phase.pairs", m.narrow_phase.pairs, m.narrow_phase.pairs.size());
   f("narrow_phase.simplex", m.narrow_phase.simplex, m.narrow_phase.simplex.size());
+  f("kept.pairs", m.kept.pairs, m.kept.pairs.size()), f("kept.contact", m.kept.contact, m.kept.contact.size());
   f("manifolds", m.manifolds, m.manifolds.size()), f("last_manifolds", m.last_manifolds, m.last_manifolds.size());
   f("impulses", m.impulses, m.impulses.size()), f("last_impulses", m.last_impulses, m.last_impulses.size());
   f("batches.order", m.batches.order, m.batches.order.size());

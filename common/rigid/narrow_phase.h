@@ -19,7 +19,8 @@
 //                and the faces that support the normal clipped against one another (common/rigid/gjk.h, convex_axes.h,
 //                convex_clip.h)
 //   narrow_phase sorts pairs by kinds, hands them to these, and keeps the manifolds that have points, in the order of
-//   the pairs
+//   the pairs; narrow_phase_kept hands them only those that moved since their contact was found, and refreshes the
+//   others' (common/rigid/kept_contacts.h, with the bound of its error)
 //
 // Source: [LRB08] "Collision Detection", Figures 10 and 12; per kernel in its file.
 #pragma once
@@ -27,6 +28,7 @@
 #include "common/rigid/convex_axes.h"
 #include "common/rigid/convex_clip.h"
 #include "common/rigid/gjk.h"
+#include "common/rigid/kept_contacts.h"
 #include "common/rigid/manifold.h"
 #include "common/rigid/pairs.h"
 #include "common/rigid/world.h"
@@ -46,17 +48,24 @@ struct NarrowPhaseState {
 template <class Real>
 using NarrowPhase = void(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, NarrowPhaseState& state,
                          Array<Manifold<Real>>& manifolds);
+// As NarrowPhase. kept, from step to step: the contacts; empty before the first step.
+template <class Real>
+using NarrowPhaseKept = void(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin,
+                             NarrowPhaseState& state, KeptContacts<Real>& kept, Array<Manifold<Real>>& manifolds);
 
 namespace serial {
 Collide<float> spheres, planes, box_box;
 Collide<double> spheres, planes, box_box;
 NarrowPhase<float> narrow_phase;
 NarrowPhase<double> narrow_phase;
+NarrowPhaseKept<float> narrow_phase_kept;
+NarrowPhaseKept<double> narrow_phase_kept;
 }  // namespace serial
 
 namespace openmp {
 Collide<float> spheres, planes, box_box;
 NarrowPhase<float> narrow_phase;
+NarrowPhaseKept<float> narrow_phase_kept;
 }  // namespace openmp
 
 }  // namespace lockstep::rigid

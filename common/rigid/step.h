@@ -2,8 +2,9 @@
 //
 //   place_colliders, broad phase, plane_pairs, narrow_phase, match_contacts, batches, contact solver, integrate
 //
-//   original   contacts solved in the order of their pairs
-//   batches    contacts reordered into batches without conflicts (batches_folded, common/rigid/batches.h)
+//   original       contacts solved in the order of their pairs
+//   batches        contacts reordered into batches without conflicts (batches_folded, common/rigid/batches.h)
+//   batches_kept   the same; pairs that hardly moved keep their contacts (common/rigid/kept_contacts.h)
 //
 // In, out: world.bodies; the memory of the last step. Source: [LRB08] Figure 4; [ITJ07] "Game Physics".
 #pragma once
@@ -34,6 +35,7 @@ struct StepMemory {
   Tree<Real> tree;
   Pairs bounded, with_planes, pairs;
   NarrowPhaseState narrow_phase;
+  KeptContacts<Real> kept;
   Array<Manifold<Real>> manifolds, last_manifolds;
   Array<Impulses<Real>> impulses, last_impulses;  // [manifold]
   Batches batches;
@@ -45,12 +47,12 @@ template <class Real>
 using Step = void(const StepSettings& settings, World<Real>& world, StepMemory<Real>& memory);
 
 namespace serial {
-Step<float> step_original, step_batches;
-Step<double> step_original, step_batches;
+Step<float> step_original, step_batches, step_batches_kept;
+Step<double> step_original, step_batches, step_batches_kept;
 }  // namespace serial
 
 namespace openmp {
-Step<float> step_original, step_batches;
+Step<float> step_original, step_batches, step_batches_kept;
 }  // namespace openmp
 
 }  // namespace lockstep::rigid

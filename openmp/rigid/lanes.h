@@ -89,6 +89,23 @@ struct ManifoldLanes {
   intv feature[most_points];
 };
 
+LOCKSTEP_INLINE ManifoldLanes load_manifolds(std::span<const Manifold<float>> manifolds, const Indices& indices) {
+  const auto get = [&](int part) {
+    const Indices records = indices_of(load(indices.index) * 4 + part);
+    return load_records(&manifolds.data()->normal.x, records.index);
+  };
+  ManifoldLanes m;
+  const auto [x, y, z, count, a, b, u0, u1] = get(0).field;
+  m.normal = {x, y, z}, m.count = bits_of(count), m.a = bits_of(a), m.b = bits_of(b);
+  for (int k = 0; k < most_points; k += 2) {
+    const auto [px, py, pz, p, qx, qy, qz, q] = get(1 + k / 2).field;
+    m.position[k] = {px, py, pz}, m.separation[k] = p, m.position[k + 1] = {qx, qy, qz}, m.separation[k + 1] = q;
+  }
+  const Records features = get(3);
+  for (int k = 0; k < most_points; ++k) m.feature[k] = bits_of(features.field[k]);
+  return m;
+}
+
 // manifolds[index[l]] = lane l of m, where active; active indices differ.
 LOCKSTEP_INLINE void store_manifolds(std::span<Manifold<float>> manifolds, const Indices& indices,
                                      const ManifoldLanes& m, maskv mask) {

@@ -6,7 +6,11 @@
 // the pairs.
 //
 // Warm start: GJK starts a pair from its last step's simplex. The pairs of both steps are sorted, and matched as in a
-// merge; a new pair starts cold.
+// merge. A new pair starts cold, and so does one whose contact was kept in the last step.
+//
+// narrow_phase_kept matches the pairs with hulls with the contacts of the last step. Pairs that hardly moved
+// get theirs refreshed, sixteen at a time. The others are fresh: they are handed to the kernels, and what is found is
+// kept for next time.
 //
 // Threads take contiguous shares of the pairs, count, learn from the counts of the shares before theirs where to write,
 // and write: the order is the serial one however many shares there are. Kernels are parallel themselves and run one
@@ -20,6 +24,7 @@
 #include <cstddef>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "common/real.h"
 #include "common/rigid/route.h"
@@ -35,6 +40,22 @@ int bin_of_pair(const Colliders<Real>& colliders, const Pair& pair) {
   return bin_of(static_cast<Kind>(colliders.kind[pair.a]), static_cast<Kind>(colliders.kind[pair.b]));
 }
 
+// Calls known(k, other) for every pair k that is pair `other` of the last step. known writes what belongs to pair k.
+template <class Known>
+void match(std::span<const Pair> pairs, std::span<const Pair> last, const Known& known) {
+#pragma omp parallel
+  {
+    // A thread has its own share of the pairs, and begins in the other list where its share does.
+    const Share mine = my_share(static_cast<int>(pairs.size()));
+    std::size_t other = 0;
+    if (mine.begin < mine.end) other = std::ranges::lower_bound(last, pairs[mine.begin]) - last.begin();
+    for (int k = mine.begin; k < mine.end; ++k) {
+      while (other < last.size() && last[other] < pairs[k]) ++other;
+      if (other < last.size() && last[other] == pairs[k]) known(k, other);
+    }
+  }
+}
+
 // One thread's, in cache lines of its own.
 struct alignas(array_alignment) Counts {
   std::array<int, bins + 1> of = {};
@@ -48,94 +69,137 @@ struct Unwritten {
   explicit Unwritten(std::size_t n) : memory(std::make_unique_for_overwrite<Element[]>(n)), span(memory.get(), n) {}
 };
 
-// Of each pair, its simplex of the last step.
-std::vector<Simplex> matching_simplices(std::span<const Pair> pairs, const NarrowPhaseState& last) {
-  std::vector<Simplex> simplex(pairs.size());
-#pragma omp parallel
-  {
-    // A thread writes its own share, and begins in the other list where its share does.
-    const Share mine = my_share(static_cast<int>(pairs.size()));
-    std::size_t other = 0;
-    if (mine.begin < mine.end)
-      other = std::lower_bound(last.pairs.begin(), last.pairs.end(), pairs[mine.begin]) - last.pairs.begin();
-    for (int k = mine.begin; k < mine.end; ++k) {
-      while (other < last.pairs.size() && last.pairs[other] < pairs[k]) ++other;
-      if (other < last.pairs.size() && last.pairs[other] == pairs[k]) simplex[k] = last.simplex[other];
-    }
-  }
-  return simplex;
-}
-
-}  // namespace
-
-void narrow_phase(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, NarrowPhaseState& state,
-                  Array<Manifold<Real>>& manifolds) {
-  const int count = static_cast<int>(pairs.size());
-  std::array<int, bins + 1> first = {};
-  Pairs sorted(pairs.size());
-  std::vector<int> place(pairs.size());
+// Pairs by bins: bin b has those from first[b] to first[b + 1] - 1. Within a bin they are in order.
+using Firsts = std::array<int, bins + 1>;
+struct Sorted {
+  Pairs pairs;
+  std::vector<int> place;  // of each pair before it was sorted
+  Firsts first;
+};
+Sorted sort_by_kinds(const Placed<Real>& placed, std::span<const Pair> pairs) {
+  Sorted sorted = {Pairs(pairs.size()), std::vector<int>(pairs.size()), {}};
   std::vector<Counts> counts(omp_get_max_threads());
 #pragma omp parallel
   {
     // A thread counts its own share, and writes where no other does: in each bin, behind the shares before its own.
-    const Share mine = my_share(count);
-    std::array<int, bins + 1>& next = counts[omp_get_thread_num()].of;
+    const Share mine = my_share(static_cast<int>(pairs.size()));
+    Firsts& next = counts[omp_get_thread_num()].of;
     for (int k = mine.begin; k < mine.end; ++k) ++next[bin_of_pair(placed.colliders, pairs[k])];
 #pragma omp barrier
       // One thread turns counts into places, and the others wait at the barrier that ends `single`.
 #pragma omp single
     for (int bin = 0, sum = 0; bin < bins; ++bin) {
       for (Counts& each : counts) sum += std::exchange(each.of[bin], sum);
-      first[bin + 1] = sum;
+      sorted.first[bin + 1] = sum;
     }
     for (int k = mine.begin; k < mine.end; ++k) {
-      place[k] = next[bin_of_pair(placed.colliders, pairs[k])]++;
-      sorted[place[k]] = pairs[k];
+      sorted.place[k] = next[bin_of_pair(placed.colliders, pairs[k])]++;
+      sorted.pairs[sorted.place[k]] = pairs[k];
     }
   }
+  return sorted;
+}
 
-  const Unwritten<Manifold<Real>> of_pairs(pairs.size());
-  const std::span<Manifold<Real>> found = of_pairs.span;
-  const auto part = [&](auto& of, int from, int to) {
-    return std::span(of).subspan(first[from], first[to] - first[from]);
-  };
+// The manifolds of sorted pairs without hulls, each by the kernel for its kinds.
+void collide_simple(const Placed<Real>& placed, const Sorted& sorted, Real margin, std::span<Manifold<Real>> found) {
   const auto run = [&](Collide<Real>& kernel, int from, int to) {
-    kernel(placed, part(sorted, from, to), margin, part(found, from, to));
+    const int first = sorted.first[from], count = sorted.first[to] - first;
+    kernel(placed, std::span(sorted.pairs).subspan(first, count), margin, found.subspan(first, count));
   };
   run(spheres, first_of_spheres, first_of_planes);
   run(planes, first_of_planes, first_of_box_box);
   run(box_box, first_of_box_box, first_of_convexes);
-  const std::span<const Pair> convex_pairs = part(sorted, first_of_convexes, bins);
-  std::vector<Simplex> simplex = matching_simplices(convex_pairs, state);
-  const Unwritten<Closest<Real>> closest(convex_pairs.size());
-  const Unwritten<SeparatingAxis<Real>> axes(convex_pairs.size());
-  gjk(placed, convex_pairs, simplex, closest.span);
-  convex_axes(placed, convex_pairs, simplex, closest.span, margin, axes.span);
-  convex_clip(placed, convex_pairs, axes.span, margin, part(found, first_of_convexes, bins));
-  state.pairs.assign(convex_pairs.begin(), convex_pairs.end());
-  state.simplex = std::move(simplex);
+}
 
+// The manifolds of pairs with hulls.
+void collide_convexes(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, NarrowPhaseState& state,
+                      std::span<Manifold<Real>> found) {
+  std::vector<Simplex> simplex(pairs.size());
+  match(pairs, state.pairs, [&](std::size_t k, std::size_t other) { simplex[k] = state.simplex[other]; });
+  const Unwritten<Closest<Real>> closest(pairs.size());
+  const Unwritten<SeparatingAxis<Real>> axes(pairs.size());
+  gjk(placed, pairs, simplex, closest.span);
+  convex_axes(placed, pairs, simplex, closest.span, margin, axes.span);
+  convex_clip(placed, pairs, axes.span, margin, found);
+  state.pairs.assign(pairs.begin(), pairs.end());
+  state.simplex = std::move(simplex);
+}
+
+// Calls put(k, j) for the j-th k < n that is wanted, in any order, after resize(number of those).
+template <class Wanted, class Resize, class Put>
+void compact(int n, const Wanted& wanted, const Resize& resize, const Put& put) {
+  std::vector<Counts> counts(omp_get_max_threads());
   Failure failure;
 #pragma omp parallel
   {
-    // As above: a thread's manifolds stand behind those of the shares before its own.
-    const Share mine = my_share(count);
+    // What a thread puts stands behind that of the shares before its own.
+    const Share mine = my_share(n);
     int& next = counts[omp_get_thread_num()].of[0];
-    next = 0;
-    for (int k = mine.begin; k < mine.end; ++k) next += found[place[k]].count > 0;
+    for (int k = mine.begin; k < mine.end; ++k) next += wanted(k);
 #pragma omp barrier
       // One thread allocates, and the others wait at the barrier that ends `single`. If that fails, no thread writes.
 #pragma omp single
     failure.guard([&] {
       int sum = 0;
-      for (int thread = 0; thread < omp_get_num_threads(); ++thread) sum += std::exchange(counts[thread].of[0], sum);
-      manifolds.resize(sum);
+      for (Counts& each : counts) sum += std::exchange(each.of[0], sum);
+      resize(sum);
     });
     if (!failure.happened())
       for (int k = mine.begin; k < mine.end; ++k)
-        if (found[place[k]].count > 0) manifolds[next++] = found[place[k]];
+        if (wanted(k)) put(k, next++);
   }
   failure.rethrow();
+}
+
+// Those that have points, in the order of the pairs before they were sorted.
+void collect(std::span<const int> place, std::span<const Manifold<Real>> found, Array<Manifold<Real>>& manifolds) {
+  compact(
+      static_cast<int>(place.size()), [&](int k) { return found[place[k]].count > 0; },
+      [&](int number) { manifolds.resize(number); }, [&](int k, int j) { manifolds[j] = found[place[k]]; });
+}
+
+}  // namespace
+
+void narrow_phase(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, NarrowPhaseState& state,
+                  Array<Manifold<Real>>& manifolds) {
+  const Sorted sorted = sort_by_kinds(placed, pairs);
+  const Unwritten<Manifold<Real>> found(pairs.size());
+  collide_simple(placed, sorted, margin, found.span);
+  const int simple = sorted.first[first_of_convexes];
+  collide_convexes(placed, std::span(sorted.pairs).subspan(simple), margin, state, found.span.subspan(simple));
+  collect(sorted.place, found.span, manifolds);
+}
+
+void narrow_phase_kept(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, NarrowPhaseState& state,
+                       KeptContacts<Real>& kept, Array<Manifold<Real>>& manifolds) {
+  const Sorted sorted = sort_by_kinds(placed, pairs);
+  const Unwritten<Manifold<Real>> found(pairs.size());
+  collide_simple(placed, sorted, margin, found.span);
+
+  const int simple = sorted.first[first_of_convexes];
+  const std::span<const Pair> convexes = std::span(sorted.pairs).subspan(simple);
+  const std::span<Manifold<Real>> of_convexes = found.span.subspan(simple);
+  std::vector<std::int32_t> of_last(convexes.size(), -1);
+  match(convexes, kept.pairs, [&](std::size_t k, std::size_t other) { of_last[k] = other; });
+  kept.next.resize(convexes.size());
+  refresh_contacts(placed, convexes, kept.contact, static_cast<Real>(kept_share) * margin, of_last, of_convexes,
+                   kept.next);
+
+  std::vector<std::int32_t> fresh;
+  Pairs fresh_pairs;
+  compact(
+      static_cast<int>(convexes.size()), [&](int k) { return of_last[k] < 0; },
+      [&](int number) { fresh.resize(number), fresh_pairs.resize(number); },
+      [&](int k, int j) { fresh[j] = k, fresh_pairs[j] = convexes[k]; });
+  const Unwritten<Manifold<Real>> of_fresh(fresh.size());
+  collide_convexes(placed, fresh_pairs, margin, state, of_fresh.span);
+  // Each fresh pair has one thread, which writes the pair's manifold.
+#pragma omp parallel for schedule(static)
+  for (std::size_t j = 0; j < fresh.size(); ++j) of_convexes[fresh[j]] = of_fresh.span[j];
+  keep_contacts(placed, fresh_pairs, fresh, of_convexes, kept.next);
+  kept.pairs.assign(convexes.begin(), convexes.end());
+  kept.contact.swap(kept.next);
+  collect(sorted.place, found.span, manifolds);
 }
 
 }  // namespace lockstep::rigid::openmp

@@ -6,14 +6,20 @@
 // the pairs.
 //
 // Warm start: GJK starts a pair from its last step's simplex. The pairs of both steps are sorted, and matched as in a
-// merge; a new pair starts cold.
+// merge. A new pair starts cold, and so does one whose contact was kept in the last step.
+//
+// narrow_phase_kept matches the pairs with hulls with the contacts of the last step. Pairs that hardly moved
+// get theirs refreshed. The others are fresh: they are handed to the kernels, and what is found is kept for next time.
 //
 // The contract stands in common/rigid/narrow_phase.h.
 #include "common/rigid/narrow_phase.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <utility>
+#include <vector>
 
 #include "common/real.h"
 #include "common/rigid/route.h"
@@ -25,56 +31,107 @@ int bin_of_pair(const Colliders<Real>& colliders, const Pair& pair) {
   return bin_of(static_cast<Kind>(colliders.kind[pair.a]), static_cast<Kind>(colliders.kind[pair.b]));
 }
 
-// Of each pair, its simplex of the last step.
-std::vector<Simplex> matching_simplices(std::span<const Pair> pairs, const NarrowPhaseState& last) {
-  std::vector<Simplex> simplex(pairs.size());
+// Calls known(k, other) for every pair k that is pair `other` of the last step.
+template <class Known>
+void match(std::span<const Pair> pairs, std::span<const Pair> last, const Known& known) {
   std::size_t other = 0;
   for (std::size_t k = 0; k < pairs.size(); ++k) {
-    while (other < last.pairs.size() && last.pairs[other] < pairs[k]) ++other;
-    if (other < last.pairs.size() && last.pairs[other] == pairs[k]) simplex[k] = last.simplex[other];
+    while (other < last.size() && last[other] < pairs[k]) ++other;
+    if (other < last.size() && last[other] == pairs[k]) known(k, other);
   }
-  return simplex;
+}
+
+// Pairs by bins: bin b has those from first[b] to first[b + 1] - 1. Within a bin they are in order.
+using Firsts = std::array<int, bins + 1>;
+struct Sorted {
+  Pairs pairs;
+  std::vector<int> place;  // of each pair before it was sorted
+  Firsts first;
+};
+Sorted sort_by_kinds(const Placed<Real>& placed, std::span<const Pair> pairs) {
+  Sorted sorted = {Pairs(pairs.size()), std::vector<int>(pairs.size()), {}};
+  auto& [to, place, first] = sorted;
+  for (const Pair& pair : pairs) ++first[bin_of_pair(placed.colliders, pair) + 1];
+  for (int bin = 0; bin < bins; ++bin) first[bin + 1] += first[bin];
+  Firsts next = first;
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    place[k] = next[bin_of_pair(placed.colliders, pairs[k])]++;
+    to[place[k]] = pairs[k];
+  }
+  return sorted;
+}
+
+// The manifolds of sorted pairs without hulls, each by the kernel for its kinds.
+void collide_simple(const Placed<Real>& placed, const Sorted& sorted, Real margin, std::span<Manifold<Real>> found) {
+  const auto run = [&](Collide<Real>& kernel, int from, int to) {
+    const int first = sorted.first[from], count = sorted.first[to] - first;
+    kernel(placed, std::span(sorted.pairs).subspan(first, count), margin, found.subspan(first, count));
+  };
+  run(spheres, first_of_spheres, first_of_planes);
+  run(planes, first_of_planes, first_of_box_box);
+  run(box_box, first_of_box_box, first_of_convexes);
+}
+
+// The manifolds of pairs with hulls.
+void collide_convexes(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, NarrowPhaseState& state,
+                      std::span<Manifold<Real>> found) {
+  std::vector<Simplex> simplex(pairs.size());
+  match(pairs, state.pairs, [&](std::size_t k, std::size_t other) { simplex[k] = state.simplex[other]; });
+  std::vector<Closest<Real>> closest(pairs.size());
+  std::vector<SeparatingAxis<Real>> axes(pairs.size());
+  gjk(placed, pairs, simplex, closest);
+  convex_axes(placed, pairs, simplex, closest, margin, axes);
+  convex_clip(placed, pairs, axes, margin, found);
+  state.pairs.assign(pairs.begin(), pairs.end());
+  state.simplex = std::move(simplex);
+}
+
+// Those that have points, in the order of the pairs before they were sorted.
+void collect(std::span<const int> place, std::span<const Manifold<Real>> found, Array<Manifold<Real>>& manifolds) {
+  manifolds.clear();
+  for (const int k : place)
+    if (found[k].count > 0) manifolds.push_back(found[k]);
 }
 
 }  // namespace
 
 void narrow_phase(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, NarrowPhaseState& state,
                   Array<Manifold<Real>>& manifolds) {
-  std::array<int, bins + 1> first = {};
-  for (const Pair& pair : pairs) ++first[bin_of_pair(placed.colliders, pair) + 1];
-  for (int bin = 0; bin < bins; ++bin) first[bin + 1] += first[bin];
-
-  Pairs sorted(pairs.size());
-  std::vector<int> place(pairs.size());
-  std::array<int, bins + 1> next = first;
-  for (std::size_t k = 0; k < pairs.size(); ++k) {
-    place[k] = next[bin_of_pair(placed.colliders, pairs[k])]++;
-    sorted[place[k]] = pairs[k];
-  }
-
+  const Sorted sorted = sort_by_kinds(placed, pairs);
   std::vector<Manifold<Real>> found(pairs.size());
-  const auto part = [&](auto& of, int from, int to) {
-    return std::span(of).subspan(first[from], first[to] - first[from]);
-  };
-  const auto run = [&](Collide<Real>& kernel, int from, int to) {
-    kernel(placed, part(sorted, from, to), margin, part(found, from, to));
-  };
-  run(spheres, first_of_spheres, first_of_planes);
-  run(planes, first_of_planes, first_of_box_box);
-  run(box_box, first_of_box_box, first_of_convexes);
-  const std::span<const Pair> convex_pairs = part(sorted, first_of_convexes, bins);
-  std::vector<Simplex> simplex = matching_simplices(convex_pairs, state);
-  std::vector<Closest<Real>> closest(convex_pairs.size());
-  std::vector<SeparatingAxis<Real>> axes(convex_pairs.size());
-  gjk(placed, convex_pairs, simplex, closest);
-  convex_axes(placed, convex_pairs, simplex, closest, margin, axes);
-  convex_clip(placed, convex_pairs, axes, margin, part(found, first_of_convexes, bins));
-  state.pairs.assign(convex_pairs.begin(), convex_pairs.end());
-  state.simplex = std::move(simplex);
+  collide_simple(placed, sorted, margin, found);
+  const int simple = sorted.first[first_of_convexes];
+  collide_convexes(placed, std::span(sorted.pairs).subspan(simple), margin, state, std::span(found).subspan(simple));
+  collect(sorted.place, found, manifolds);
+}
 
-  manifolds.clear();
-  for (const int k : place)
-    if (found[k].count > 0) manifolds.push_back(found[k]);
+void narrow_phase_kept(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, NarrowPhaseState& state,
+                       KeptContacts<Real>& kept, Array<Manifold<Real>>& manifolds) {
+  const Sorted sorted = sort_by_kinds(placed, pairs);
+  std::vector<Manifold<Real>> found(pairs.size());
+  collide_simple(placed, sorted, margin, found);
+
+  const int simple = sorted.first[first_of_convexes];
+  const std::span<const Pair> convexes = std::span(sorted.pairs).subspan(simple);
+  const std::span<Manifold<Real>> of_convexes = std::span(found).subspan(simple);
+  std::vector<std::int32_t> of_last(convexes.size(), -1);
+  match(convexes, kept.pairs, [&](std::size_t k, std::size_t other) { of_last[k] = other; });
+  kept.next.resize(convexes.size());
+  refresh_contacts(placed, convexes, kept.contact, static_cast<Real>(kept_share) * margin, of_last, of_convexes,
+                   kept.next);
+
+  std::vector<std::int32_t> fresh;
+  for (int k = 0; k < static_cast<int>(convexes.size()); ++k)
+    if (of_last[k] < 0) fresh.push_back(k);
+  Pairs fresh_pairs(fresh.size());
+  for (std::size_t j = 0; j < fresh.size(); ++j) fresh_pairs[j] = convexes[fresh[j]];
+  std::vector<Manifold<Real>> of_fresh(fresh.size());
+  collide_convexes(placed, fresh_pairs, margin, state, of_fresh);
+  for (std::size_t j = 0; j < fresh.size(); ++j) of_convexes[fresh[j]] = of_fresh[j];
+  keep_contacts(placed, fresh_pairs, fresh, of_convexes, kept.next);
+  kept.pairs.assign(convexes.begin(), convexes.end());
+  kept.contact.swap(kept.next);
+  collect(sorted.place, found, manifolds);
 }
 
 }  // namespace lockstep::rigid::serial

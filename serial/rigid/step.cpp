@@ -16,9 +16,19 @@
 namespace lockstep::rigid::serial {
 namespace {
 
-// Calls `reorders` between matching and solving, and `solves` with the bodies of the colliders.
-template <class Reorder, class Solve>
-void step(const StepSettings& settings, World<Real>& world, StepMemory<Real>& memory, Reorder reorders, Solve solves) {
+// Narrow phases: all contacts are found anew, or those of pairs that moved.
+void find_all(const Placed<Real>& placed, Real margin, StepMemory<Real>& memory) {
+  narrow_phase(placed, memory.pairs, margin, memory.narrow_phase, memory.manifolds);
+}
+void find_moved(const Placed<Real>& placed, Real margin, StepMemory<Real>& memory) {
+  narrow_phase_kept(placed, memory.pairs, margin, memory.narrow_phase, memory.kept, memory.manifolds);
+}
+
+// Calls `finds` for the contacts, `reorders` between matching and solving, and `solves` with the bodies of the
+// colliders.
+template <class Find, class Reorder, class Solve>
+void step(const StepSettings& settings, World<Real>& world, StepMemory<Real>& memory, Find finds, Reorder reorders,
+          Solve solves) {
   Stopwatch stopwatch;
   int phase = 0;
   const auto done = [&] { memory.seconds[phase++] = stopwatch.lap(); };
@@ -39,7 +49,7 @@ void step(const StepSettings& settings, World<Real>& world, StepMemory<Real>& me
 
   memory.manifolds.swap(memory.last_manifolds);
   memory.impulses.swap(memory.last_impulses);
-  narrow_phase({colliders, world.hulls, placed}, memory.pairs, margin, memory.narrow_phase, memory.manifolds);
+  finds({colliders, world.hulls, placed}, margin, memory);
   done();
 
   memory.impulses.resize(memory.manifolds.size());
@@ -56,19 +66,10 @@ void step(const StepSettings& settings, World<Real>& world, StepMemory<Real>& me
   done();
 }
 
-}  // namespace
-
-void step_original(const StepSettings& settings, World<Real>& world, StepMemory<Real>& memory) {
+template <class Find>
+void step_in_batches(const StepSettings& settings, World<Real>& world, StepMemory<Real>& memory, Find finds) {
   step(
-      settings, world, memory, [] {},
-      [&](std::span<const std::int32_t> body) {
-        contact_solver_original(settings.solver, memory.manifolds, body, world.bodies, memory.impulses, memory.moving);
-      });
-}
-
-void step_batches(const StepSettings& settings, World<Real>& world, StepMemory<Real>& memory) {
-  step(
-      settings, world, memory,
+      settings, world, memory, finds,
       [&] {
         memory.batches = batches_folded(
             memory.manifolds, {world.colliders.body.data(), std::size_t(world.colliders.count)}, world.bodies);
@@ -77,6 +78,24 @@ void step_batches(const StepSettings& settings, World<Real>& world, StepMemory<R
         contact_solver_batches(settings.solver, memory.manifolds, body, memory.batches, world.bodies, memory.impulses,
                                memory.moving);
       });
+}
+
+}  // namespace
+
+void step_original(const StepSettings& settings, World<Real>& world, StepMemory<Real>& memory) {
+  step(
+      settings, world, memory, find_all, [] {},
+      [&](std::span<const std::int32_t> body) {
+        contact_solver_original(settings.solver, memory.manifolds, body, world.bodies, memory.impulses, memory.moving);
+      });
+}
+
+void step_batches(const StepSettings& settings, World<Real>& world, StepMemory<Real>& memory) {
+  step_in_batches(settings, world, memory, find_all);
+}
+
+void step_batches_kept(const StepSettings& settings, World<Real>& world, StepMemory<Real>& memory) {
+  step_in_batches(settings, world, memory, find_moved);
 }
 
 }  // namespace lockstep::rigid::serial

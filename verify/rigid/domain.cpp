@@ -51,7 +51,9 @@ Simulation simulation(const RunOptions& options) {
   const Form forms[] = {{"serial", "original", rigid::serial::step_original},
                         {"serial", "batches", rigid::serial::step_batches},
                         {"openmp", "batches", rigid::openmp::step_batches},
-                        {"openmp", "original", rigid::openmp::step_original}};
+                        {"openmp", "original", rigid::openmp::step_original},
+                        {"serial", "batches_kept", rigid::serial::step_batches_kept},
+                        {"openmp", "batches_kept", rigid::openmp::step_batches_kept}};
   const rigid::Scene scene = rigid::load_scene(options.scene);
   const auto state = std::make_shared<State>(State{scene.world, settings_of(scene), {}, {}, 0});
   const Form form = find_form(forms, options.form, [&](const Form& f) { return f.variant == options.variant; });
@@ -83,7 +85,8 @@ Simulation simulation(const RunOptions& options) {
       .write_state = nullptr,
       .state_formats = {},
       .state = {keep(bodies.pose), keep(bodies.motion), keep(memory.manifolds), keep(memory.impulses),
-                keep(memory.narrow_phase.pairs), keep(memory.narrow_phase.simplex)},
+                keep(memory.narrow_phase.pairs), keep(memory.narrow_phase.simplex), keep(memory.kept.pairs),
+                keep(memory.kept.contact)},
       .fault =
           [state] {
             const rigid::Bodies<float>& bodies = state->world.bodies;
@@ -125,9 +128,7 @@ Simulation simulation(const RunOptions& options) {
   };
 }
 
-bool is_unit(const Quaternion<float>& q) {
-  return std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) < 1e-5f;
-}
+bool is_unit(const Quaternion<float>& q) { return std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) < 1e-5f; }
 
 // A loaded scene must have finite numbers, orientations of length 1, no negative mass, and only hulls that exist.
 std::string fault_of_scene(const std::string& path) {

@@ -32,6 +32,14 @@ std::shared_ptr<const Inputs> inputs(const std::string& path) {
   return verify::inputs<Inputs>(path, [&] { return make(path); });
 }
 
+void find_kept(const Inputs& in, NarrowPhaseState& state, KeptContacts<float>& kept) {
+  if (in.last.pairs.empty()) return;
+  Array<Manifold<float>> manifolds;
+  state = {};
+  serial::narrow_phase_kept({in.world.colliders, in.world.hulls, in.last.placed}, in.last.pairs, in.margin(), state,
+                            kept, manifolds);
+}
+
 double rows_of(const Inputs& in) {
   double points = 0;
   for (const Manifold<float>& m : in.now.manifolds) points += m.count;

@@ -41,6 +41,9 @@ struct Inputs {
 // The inputs of a scene, made by the serial step in batches. All kernels share them.
 std::shared_ptr<const Inputs> inputs(const std::string& path);
 
+// What the step before leaves where contacts are kept: it found them all anew.
+void find_kept(const Inputs& in, rigid::NarrowPhaseState& state, rigid::KeptContacts<float>& kept);
+
 // Counts for the work of a kernel.
 inline constexpr double bytes_of_box = 24, bytes_of_pose = 32, bytes_of_manifold = sizeof(rigid::Manifold<float>);
 double rows_of(const Inputs& in);  // of the solver in a step: one a point in a biased sweep, three in a relaxing one

@@ -1,4 +1,9 @@
-// The rows and benchmarks of the narrow phase: bitwise with the serial twin.
+// The rows and benchmarks of the narrow phase: bitwise with the serial twin. Of kept contacts also physical: how far
+// their depths are from those of contacts that are all found anew.
+#include <algorithm>
+#include <cmath>
+#include <map>
+
 #include "verify/rigid/narrow_inputs.h"
 
 namespace lockstep::verify::rigid_narrow_phase {
@@ -34,9 +39,94 @@ Case narrow_phase_case(const std::string& path) {
   });
 }
 
+// --- Kept contacts
+
+struct FoundKept {
+  NarrowPhaseState state;
+  KeptContacts<float> kept;
+  Array<Manifold<float>> manifolds;
+};
+template <Same<FoundKept> S, class F>
+void for_each_array(S& s, const F& f) {
+  f("manifolds", s.manifolds, s.manifolds.size()), f("kept.pairs", s.kept.pairs, s.kept.pairs.size());
+  f("kept.contact", s.kept.contact, s.kept.contact.size()), f("state.pairs", s.state.pairs, s.state.pairs.size());
+  f("state.simplex", s.state.simplex, s.state.simplex.size());
+}
+
+std::shared_ptr<const FoundKept> kept_in_last_step(const Inputs& in) {
+  FoundKept last;
+  find_kept(in, last.state, last.kept);
+  return std::make_shared<const FoundKept>(std::move(last));
+}
+
+auto keeping(std::shared_ptr<const Inputs> in, NarrowPhaseKept<float>* narrow_phase) {
+  return [in, narrow_phase](FoundKept& s) {
+    narrow_phase(in->placed(), in->now.pairs, in->margin(), s.state, s.kept, s.manifolds);
+  };
+}
+
+Case kept_case(const std::string& path) {
+  const auto in = inputs(path);
+  const double n = static_cast<double>(in->now.pairs.size());
+  return make_case<FoundKept>({
+      .start = kept_in_last_step(*in),
+      .serial = keeping(in, serial::narrow_phase_kept),
+      .best_serial = nullptr,
+      .openmp = keeping(in, openmp::narrow_phase_kept),
+      .compare = nullptr,
+      .work = {n, "pairs", n * (2 * bytes_of_pose + bytes_of_manifold + 2 * sizeof(KeptContact<float>)), n * 200},
+  });
+}
+
+// The separations of the deepest points differ by at most twice the tolerance (common/rigid/kept_contacts.h). A pair
+// without points is farther apart than the margin.
+Judgement near_full(const Inputs& in, const FoundKept& found, const FoundKept& full) {
+  std::map<Pair, std::pair<double, double>> deepest;  // of the kept, of the full
+  const double margin = in.margin(), tolerance = kept_share * margin;
+  const auto note = [&](const Array<Manifold<float>>& manifolds, auto member) {
+    for (const Manifold<float>& m : manifolds) {
+      double& least = deepest.try_emplace({m.a, m.b}, margin, margin).first->second.*member;
+      for (int k = 0; k < m.count; ++k) least = std::min(least, double(m.point[k].separation));
+    }
+  };
+  note(found.manifolds, &std::pair<double, double>::first), note(full.manifolds, &std::pair<double, double>::second);
+  Judgement judgement{.verdict = Verdict::physical, .bound = 1, .worst_at = ""};
+  for (const auto& [pair, separations] : deepest) {
+    const auto [kept, anew] = separations;
+    const double error = std::abs(kept - anew) / (2 * tolerance);
+    if (error < judgement.error) continue;
+    judgement.error = error;
+    char text[160];
+    std::snprintf(text, sizeof text, "pair %d %d: deepest at %.6g mm, found anew %.6g mm", pair.a, pair.b, 1e3 * kept,
+                  1e3 * anew);
+    judgement.worst_at = text;
+  }
+  judgement.passed = judgement.error <= judgement.bound;
+  return judgement;
+}
+
+Case kept_for_full_case(const std::string& path) {
+  const auto in = inputs(path);
+  return make_case<FoundKept>({
+      .start = kept_in_last_step(*in),
+      .serial =
+          [in](FoundKept& s) { serial::narrow_phase(in->placed(), in->now.pairs, in->margin(), s.state, s.manifolds); },
+      .best_serial = nullptr,
+      .openmp = keeping(in, openmp::narrow_phase_kept),
+      .compare = [in](const FoundKept& found, const FoundKept& full) { return near_full(*in, found, full); },
+      .work = {static_cast<double>(in->now.pairs.size()), "pairs", 0, 0},
+  });
+}
+
 const Register narrow_phase{{.name = "rigid/narrow_phase",
                              .place = 12,
-                             .forms = {{.make = narrow_phase_case, .scenes = scenes_of_all(settled)}}}};
+                             .serial_forms = {"", "kept"},
+                             .forms = {{.make = narrow_phase_case, .scenes = scenes_of_all(settled)},
+                                       {.name = "kept", .make = kept_case, .scenes = scenes_of_all(settled)},
+                                       {.name = "kept_for_full",
+                                        .make = kept_for_full_case,
+                                        .scenes = scenes_of_all({}, {}),
+                                        .covered_by = "kept"}}}};
 
 }  // namespace
 }  // namespace lockstep::verify::rigid_narrow_phase

@@ -26,14 +26,17 @@ void for_each_array(S& s, const F& f) {
   for_each_array(s.world.bodies, f);
   f("manifolds", s.memory.manifolds, s.memory.manifolds.size());
   f("impulses", s.memory.impulses, s.memory.impulses.size());
+  f("kept.contact", s.memory.kept.contact, s.memory.kept.contact.size());
 }
 
-Case step_case(const std::string& path, Step<float>* serial, Step<float>* openmp) {
+Case step_case(const std::string& path, Step<float>* serial, Step<float>* openmp, bool keeps = false) {
   const auto in = inputs(path);
+  StepMemory<float> last = in->last;
+  if (keeps) find_kept(*in, last.narrow_phase, last.kept);
   const auto with = [in](Step<float>* step) { return [in, step](State& s) { step(in->settings, s.world, s.memory); }; };
   const double n = in->world.bodies.count;
   return make_case<State>({
-      .start = std::make_shared<const State>(State{in->world, in->last}),
+      .start = std::make_shared<const State>(State{in->world, std::move(last)}),
       .serial = with(serial),
       .best_serial = nullptr,
       .openmp = with(openmp),
@@ -110,7 +113,7 @@ Scenes scenes_of_runs() {
 const Register step{
     {.name = "rigid/step",
      .place = 17,
-     .serial_forms = {"original", "batches"},
+     .serial_forms = {"original", "batches", "batches_kept"},
      .forms = {
          {.name = "original",
           .make = [](const std::string& path) { return step_case(path, serial::step_original, openmp::step_original); },
@@ -118,10 +121,23 @@ const Register step{
          {.name = "batches",
           .make = [](const std::string& path) { return step_case(path, serial::step_batches, openmp::step_batches); },
           .scenes = and_more(scenes_of_all(and_castle, for_tsan), "castles_4")},
+         {.name = "batches_kept",
+          .make =
+              [](const std::string& path) {
+                return step_case(path, serial::step_batches_kept, openmp::step_batches_kept, true);
+              },
+          .scenes = scenes_of_all(settled, for_tsan)},
          {.name = "batches_run",
           .make = [](const std::string& path) { return run_case(path, serial::step_batches, openmp::step_batches); },
           .scenes = scenes_of_runs(),
-          .covered_by = "batches"}}}};
+          .covered_by = "batches"},
+         {.name = "batches_kept_run",
+          .make =
+              [](const std::string& path) {
+                return run_case(path, serial::step_batches_kept, openmp::step_batches_kept);
+              },
+          .scenes = scenes_of_runs(),
+          .covered_by = "batches_kept"}}}};
 
 }  // namespace
 }  // namespace lockstep::verify::rigid_step
