@@ -21,13 +21,13 @@ using Mask = bool;
 void initialize_line(const Field<Real>& phi, int y, int z, Field<Real>& d, std::vector<Point>& interface) {
   // Beyond the grid phi is what it is here: no crossing.
   const auto line = [&](int y, int z) { return &phi(0, std::clamp(y, 0, phi.ny - 1), std::clamp(z, 0, phi.nz - 1)); };
-  const Real* const middle = line(y, z);
+  const Real *const middle = line(y, z), *const below = line(y - 1, z), *const above = line(y + 1, z),
+                    *const behind = line(y, z - 1), *const in_front = line(y, z + 1);
   for (int x = 0; x < phi.nx; ++x) {
     const Number here = middle[x];
     const Number before = x > 0 ? middle[x - 1] : here, after = x < phi.nx - 1 ? middle[x + 1] : here;
     const Vector3<Number> beyond = {other_side(here, before, after),  //
-                                    other_side(here, line(y - 1, z)[x], line(y + 1, z)[x]),
-                                    other_side(here, line(y, z - 1)[x], line(y, z + 1)[x])};
+                                    other_side(here, below[x], above[x]), other_side(here, behind[x], in_front[x])};
     const Mask beside = beside_interface(here, beyond);
     if (none(beside)) continue;
 
