@@ -19,8 +19,8 @@
 //                and the faces that support the normal clipped against one another (common/rigid/gjk.h, convex_axes.h,
 //                convex_clip.h)
 //   narrow_phase sorts pairs by kinds, hands them to these, and keeps the manifolds that have points, in the order of
-//   the pairs; narrow_phase_kept hands them only those that moved since their contact was found, and refreshes the
-//   others' (common/rigid/kept_contacts.h, with the bound of its error)
+//   the pairs; of pairs with hulls, narrow_phase_kept hands on only those that moved since their contact was found, and
+//   refreshes the contacts of the others (common/rigid/kept_contacts.h has the bound of the error)
 //
 // Source: [LRB08] "Collision Detection", Figures 10 and 12; per kernel in its file.
 #pragma once

@@ -4,7 +4,7 @@
 //
 //   original       contacts solved in the order of their pairs
 //   batches        contacts reordered into batches without conflicts (batches_folded, common/rigid/batches.h)
-//   batches_kept   the same; pairs that hardly moved keep their contacts (common/rigid/kept_contacts.h)
+//   batches_kept   the same; pairs with hulls that hardly moved keep their contacts (common/rigid/kept_contacts.h)
 //
 // In, out: world.bodies; the memory of the last step. Source: [LRB08] Figure 4; [ITJ07] "Game Physics".
 #pragma once
