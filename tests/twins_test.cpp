@@ -93,7 +93,7 @@ const std::map<std::string, int> floors = {
     {"rigid/integrate", 84},
     {"rigid/kept_contacts", 76},
     {"rigid/match_contacts", 93},
-    {"rigid/narrow_phase", 90},
+    {"rigid/narrow_phase", 91},
     {"rigid/place_colliders", 81},
     {"rigid/plane_pairs", 79},
     {"rigid/planes", 57},

@@ -91,14 +91,14 @@ std::string other_programs() {
   return cores < .5 ? "" : "other programs keep " + std::to_string(cores) + " cores busy";
 }
 
-// The ratio is mostly 1.0 to 1.3 (notes/waiting.md). With the waiting of OpenMP's runtime it was 8 to 14.
+// In longer runs the ratio is 1.0 (notes/waiting.md). With the waiting of OpenMP's runtime it was 8 to 14.
 TEST_F(Waiting, TwoThreadsBesideOneBusyLoop) {
   if (const std::string others = other_programs(); !others.empty()) GTEST_SKIP() << others;
   const BusyLoops loop(1, 0);
   EXPECT_LT(ratio(), 10);
 }
 
-// The ratio of the steps is 1.4 to 1.8; with the waiting of OpenMP's runtime it was 1,900.
+// In longer runs the ratio is 1.7. With the waiting of OpenMP's runtime it was 1,900.
 TEST_F(Waiting, TwoThreadsBesideManyBusyLoops) {
   if (const std::string others = other_programs(); !others.empty()) GTEST_SKIP() << others;
   const BusyLoops loops(2 * static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN)));

@@ -93,21 +93,16 @@ class Stepper {
 
   void step() {
     const double start = now();
-    // A spell that would end within the frame is too short to gain from.
-    if (cores_shared_for() <= last_) {
+    // Whether other programs are expected to use a core for longer than a step takes.
+    const bool shared = cores_shared_for() > last_;
+    const bool rests = shared && together_ > 0 && (alone_ == 0 || alone_ < together_);
+    if (rests)
+      rest_team(step_);
+    else
       step_();
-    } else {
-      double& time = together_ == 0 || (alone_ > 0 && together_ <= alone_) ? together_ : alone_;
-      if (&time == &alone_) {
-        rest_team(step_);
-        steps_alone++;
-      } else {
-        step_();
-      }
-      time = now() - start;
-    }
     last_ = now() - start;
-    seconds += last_;
+    if (shared) (rests ? alone_ : together_) = last_;
+    seconds += last_, steps_alone += rests;
   }
 
   double seconds = 0;   // of all steps
@@ -115,8 +110,9 @@ class Stepper {
 
  private:
   const std::function<void()>& step_;
-  double last_ = 0;                  // seconds of the last step
-  double together_ = 0, alone_ = 0;  // of the last on the team and on one thread while a core is shared; 0: none yet
+  double last_ = 0;  // seconds of the last step
+  // Seconds of the last steps that the team and that one thread took while a core was shared; 0 if there was none yet.
+  double together_ = 0, alone_ = 0;
 };
 
 int run_frames(const RunOptions& options) {

@@ -1,18 +1,20 @@
 // Contract: contacts kept from step to step. Two colliders that hardly moved relative to each other keep the features
 // of their contact, its normal and its points. Separations and positions are computed anew.
 //
-// The normal turns with a, and the points move with b. A point's separation is its height over the plane of a that it
-// had when the contact was found. So a corner of b over a face of a keeps its exact separation. Elsewhere, and where
-// another corner has come nearer, the error is bounded:
+// The normal turns with a, and the points move with b. A point's separation is its height over a plane that is fixed to
+// a: where a's surface was, across the normal, when the contact was found. So a corner of b over a face of a keeps its
+// exact separation. Elsewhere, and where another corner has come nearer, the error is bounded:
 //
 // No point of b moves farther in the axes of a than e_b = |d| + 2 sin(t / 2) r: d is how b's origin moved there, t the
 // angle by which b turned, and r how far b reaches from its origin. Likewise e_a, of a in the axes of b. The gap
-// between the two changes by at most e = min(e_a, e_b), and so does the separation of a kept point. So the separation
-// of the deepest point is off by at most 2 e. A pair is kept while e <= tolerance. e is counted from the pose in which
-// its contact was found, so that errors do not add up. Pairs without points are kept, too: what comes nearer than the
-// margin is found when it is nearer by e at most.
+// between the two changes by at most e = min(e_a, e_b). The separation s of a kept point changes by at most e, too, and
+// by t |s| more where e is e_a, because the point is |s| away from a. So the separation of the deepest point is off by
+// at most 2 e + t |s|. A pair is kept while e <= tolerance. e is counted from the pose in which the contact was found,
+// so that errors do not add up. Pairs without points are kept, too: a new contact is found before it is nearer than the
+// margin by more than e.
 //
-// Source: Box2D and Box3D recycle contacts so (Catto, box2d.org), with a tolerance of 50 mm. The bound is derived here.
+// Source: Box2D and Box3D keep contacts in this way (Catto, box2d.org), with a tolerance of 50 mm. The bound is derived
+//         in notes/narrow_phase.md.
 #pragma once
 
 #include <cstdint>
@@ -45,7 +47,7 @@ struct alignas(8 * sizeof(Real)) KeptContact {
 };
 static_assert(sizeof(KeptContact<float>) == 160);
 
-// From step to step: the pairs with hulls, in order. What other pairs cost is no more than a refreshed contact.
+// From step to step: the pairs with hulls, in order. Other pairs cost no more than to refresh a contact.
 template <class Real>
 struct KeptContacts {
   Pairs pairs;

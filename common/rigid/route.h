@@ -2,6 +2,10 @@
 // ones stand together.
 #pragma once
 
+#include <array>
+#include <vector>
+
+#include "common/rigid/pairs.h"
 #include "common/rigid/round.h"
 #include "common/rigid/world.h"
 
@@ -18,5 +22,17 @@ inline int bin_of(Kind a, Kind b) {
   if (a > Kind::box || b > Kind::box) return first_of_convexes;
   return first_of_spheres + static_cast<int>(round_form(a, b));
 }
+
+template <class Real>
+inline int bin_of_pair(const Colliders<Real>& colliders, const Pair& pair) {
+  return bin_of(static_cast<Kind>(colliders.kind[pair.a]), static_cast<Kind>(colliders.kind[pair.b]));
+}
+
+// Pairs by bins: bin b has those from first[b] to first[b + 1] - 1. Within a bin they are in order.
+struct SortedPairs {
+  Pairs pairs;
+  std::vector<int> place;  // of each pair before it was sorted
+  std::array<int, bins + 1> first;
+};
 
 }  // namespace lockstep::rigid

@@ -8,9 +8,9 @@
 // Warm start: GJK starts a pair from its last step's simplex. The pairs of both steps are sorted, and matched as in a
 // merge. A new pair starts cold, and so does one whose contact was kept in the last step.
 //
-// narrow_phase_kept matches the pairs with hulls with the contacts of the last step. Pairs that hardly moved
-// get theirs refreshed, sixteen at a time. The others are fresh: they are handed to the kernels, and what is found is
-// kept for next time.
+// narrow_phase_kept looks for each pair with hulls among those of the last step. Where the two have hardly moved, their
+// contact is refreshed, sixteen pairs at a time. The other pairs are fresh: the kernels find their contacts, which are
+// kept for the next step.
 //
 // Threads take contiguous shares of the pairs, count, learn from the counts of the shares before theirs where to write,
 // and write: the order is the serial one however many shares there are. Kernels are parallel themselves and run one
@@ -35,10 +35,6 @@ namespace lockstep::rigid::openmp {
 namespace {
 
 using namespace lockstep::openmp;
-
-int bin_of_pair(const Colliders<Real>& colliders, const Pair& pair) {
-  return bin_of(static_cast<Kind>(colliders.kind[pair.a]), static_cast<Kind>(colliders.kind[pair.b]));
-}
 
 // Calls known(k, other) for every pair k that is pair `other` of the last step. known writes what belongs to pair k.
 template <class Known>
@@ -69,21 +65,14 @@ struct Unwritten {
   explicit Unwritten(std::size_t n) : memory(std::make_unique_for_overwrite<Element[]>(n)), span(memory.get(), n) {}
 };
 
-// Pairs by bins: bin b has those from first[b] to first[b + 1] - 1. Within a bin they are in order.
-using Firsts = std::array<int, bins + 1>;
-struct Sorted {
-  Pairs pairs;
-  std::vector<int> place;  // of each pair before it was sorted
-  Firsts first;
-};
-Sorted sort_by_kinds(const Placed<Real>& placed, std::span<const Pair> pairs) {
-  Sorted sorted = {Pairs(pairs.size()), std::vector<int>(pairs.size()), {}};
+SortedPairs sort_by_kinds(const Placed<Real>& placed, std::span<const Pair> pairs) {
+  SortedPairs sorted = {Pairs(pairs.size()), std::vector<int>(pairs.size()), {}};
   std::vector<Counts> counts(omp_get_max_threads());
 #pragma omp parallel
   {
     // A thread counts its own share, and writes where no other does: in each bin, behind the shares before its own.
     const Share mine = my_share(static_cast<int>(pairs.size()));
-    Firsts& next = counts[omp_get_thread_num()].of;
+    std::array<int, bins + 1>& next = counts[omp_get_thread_num()].of;
     for (int k = mine.begin; k < mine.end; ++k) ++next[bin_of_pair(placed.colliders, pairs[k])];
 #pragma omp barrier
       // One thread turns counts into places, and the others wait at the barrier that ends `single`.
@@ -101,7 +90,8 @@ Sorted sort_by_kinds(const Placed<Real>& placed, std::span<const Pair> pairs) {
 }
 
 // The manifolds of sorted pairs without hulls, each by the kernel for its kinds.
-void collide_simple(const Placed<Real>& placed, const Sorted& sorted, Real margin, std::span<Manifold<Real>> found) {
+void collide_simple(const Placed<Real>& placed, const SortedPairs& sorted, Real margin,
+                    std::span<Manifold<Real>> found) {
   const auto run = [&](Collide<Real>& kernel, int from, int to) {
     const int first = sorted.first[from], count = sorted.first[to] - first;
     kernel(placed, std::span(sorted.pairs).subspan(first, count), margin, found.subspan(first, count));
@@ -162,7 +152,7 @@ void collect(std::span<const int> place, std::span<const Manifold<Real>> found, 
 
 void narrow_phase(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, NarrowPhaseState& state,
                   Array<Manifold<Real>>& manifolds) {
-  const Sorted sorted = sort_by_kinds(placed, pairs);
+  const SortedPairs sorted = sort_by_kinds(placed, pairs);
   const Unwritten<Manifold<Real>> found(pairs.size());
   collide_simple(placed, sorted, margin, found.span);
   const int simple = sorted.first[first_of_convexes];
@@ -172,7 +162,7 @@ void narrow_phase(const Placed<Real>& placed, std::span<const Pair> pairs, Real 
 
 void narrow_phase_kept(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, NarrowPhaseState& state,
                        KeptContacts<Real>& kept, Array<Manifold<Real>>& manifolds) {
-  const Sorted sorted = sort_by_kinds(placed, pairs);
+  const SortedPairs sorted = sort_by_kinds(placed, pairs);
   const Unwritten<Manifold<Real>> found(pairs.size());
   collide_simple(placed, sorted, margin, found.span);
 

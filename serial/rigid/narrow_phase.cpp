@@ -8,8 +8,8 @@
 // Warm start: GJK starts a pair from its last step's simplex. The pairs of both steps are sorted, and matched as in a
 // merge. A new pair starts cold, and so does one whose contact was kept in the last step.
 //
-// narrow_phase_kept matches the pairs with hulls with the contacts of the last step. Pairs that hardly moved
-// get theirs refreshed. The others are fresh: they are handed to the kernels, and what is found is kept for next time.
+// narrow_phase_kept looks for each pair with hulls among those of the last step. Where the two have hardly moved, their
+// contact is refreshed. The other pairs are fresh: the kernels find their contacts, which are kept for the next step.
 //
 // The contract stands in common/rigid/narrow_phase.h.
 #include "common/rigid/narrow_phase.h"
@@ -27,10 +27,6 @@
 namespace lockstep::rigid::serial {
 namespace {
 
-int bin_of_pair(const Colliders<Real>& colliders, const Pair& pair) {
-  return bin_of(static_cast<Kind>(colliders.kind[pair.a]), static_cast<Kind>(colliders.kind[pair.b]));
-}
-
 // Calls known(k, other) for every pair k that is pair `other` of the last step.
 template <class Known>
 void match(std::span<const Pair> pairs, std::span<const Pair> last, const Known& known) {
@@ -41,19 +37,12 @@ void match(std::span<const Pair> pairs, std::span<const Pair> last, const Known&
   }
 }
 
-// Pairs by bins: bin b has those from first[b] to first[b + 1] - 1. Within a bin they are in order.
-using Firsts = std::array<int, bins + 1>;
-struct Sorted {
-  Pairs pairs;
-  std::vector<int> place;  // of each pair before it was sorted
-  Firsts first;
-};
-Sorted sort_by_kinds(const Placed<Real>& placed, std::span<const Pair> pairs) {
-  Sorted sorted = {Pairs(pairs.size()), std::vector<int>(pairs.size()), {}};
+SortedPairs sort_by_kinds(const Placed<Real>& placed, std::span<const Pair> pairs) {
+  SortedPairs sorted = {Pairs(pairs.size()), std::vector<int>(pairs.size()), {}};
   auto& [to, place, first] = sorted;
   for (const Pair& pair : pairs) ++first[bin_of_pair(placed.colliders, pair) + 1];
   for (int bin = 0; bin < bins; ++bin) first[bin + 1] += first[bin];
-  Firsts next = first;
+  std::array<int, bins + 1> next = first;
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     place[k] = next[bin_of_pair(placed.colliders, pairs[k])]++;
     to[place[k]] = pairs[k];
@@ -62,7 +51,8 @@ Sorted sort_by_kinds(const Placed<Real>& placed, std::span<const Pair> pairs) {
 }
 
 // The manifolds of sorted pairs without hulls, each by the kernel for its kinds.
-void collide_simple(const Placed<Real>& placed, const Sorted& sorted, Real margin, std::span<Manifold<Real>> found) {
+void collide_simple(const Placed<Real>& placed, const SortedPairs& sorted, Real margin,
+                    std::span<Manifold<Real>> found) {
   const auto run = [&](Collide<Real>& kernel, int from, int to) {
     const int first = sorted.first[from], count = sorted.first[to] - first;
     kernel(placed, std::span(sorted.pairs).subspan(first, count), margin, found.subspan(first, count));
@@ -97,7 +87,7 @@ void collect(std::span<const int> place, std::span<const Manifold<Real>> found, 
 
 void narrow_phase(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, NarrowPhaseState& state,
                   Array<Manifold<Real>>& manifolds) {
-  const Sorted sorted = sort_by_kinds(placed, pairs);
+  const SortedPairs sorted = sort_by_kinds(placed, pairs);
   std::vector<Manifold<Real>> found(pairs.size());
   collide_simple(placed, sorted, margin, found);
   const int simple = sorted.first[first_of_convexes];
@@ -107,7 +97,7 @@ void narrow_phase(const Placed<Real>& placed, std::span<const Pair> pairs, Real 
 
 void narrow_phase_kept(const Placed<Real>& placed, std::span<const Pair> pairs, Real margin, NarrowPhaseState& state,
                        KeptContacts<Real>& kept, Array<Manifold<Real>>& manifolds) {
-  const Sorted sorted = sort_by_kinds(placed, pairs);
+  const SortedPairs sorted = sort_by_kinds(placed, pairs);
   std::vector<Manifold<Real>> found(pairs.size());
   collide_simple(placed, sorted, margin, found);
 
@@ -121,10 +111,9 @@ void narrow_phase_kept(const Placed<Real>& placed, std::span<const Pair> pairs, 
                    kept.next);
 
   std::vector<std::int32_t> fresh;
+  Pairs fresh_pairs;
   for (int k = 0; k < static_cast<int>(convexes.size()); ++k)
-    if (of_last[k] < 0) fresh.push_back(k);
-  Pairs fresh_pairs(fresh.size());
-  for (std::size_t j = 0; j < fresh.size(); ++j) fresh_pairs[j] = convexes[fresh[j]];
+    if (of_last[k] < 0) fresh.push_back(k), fresh_pairs.push_back(convexes[k]);
   std::vector<Manifold<Real>> of_fresh(fresh.size());
   collide_convexes(placed, fresh_pairs, margin, state, of_fresh);
   for (std::size_t j = 0; j < fresh.size(); ++j) of_convexes[fresh[j]] = of_fresh[j];

@@ -55,6 +55,13 @@ Scenes scenes_of_all(std::vector<std::string> bench, std::vector<std::string> ts
           .tsan = std::move(tsan)};
 }
 
+Scenes with_hulls_at_rest(std::vector<std::string> bench, std::vector<std::string> tsan) {
+  Scenes scenes = scenes_of_all(std::move(bench), std::move(tsan));
+  scenes.verify.push_back("hull_pit_2000");
+  std::erase(scenes.more, "hull_pit_2000");
+  return scenes;
+}
+
 Scenes and_more(Scenes scenes, const std::string& name) {
   scenes.more.push_back(name);
   return scenes;

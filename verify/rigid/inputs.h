@@ -51,6 +51,8 @@ double rows_of(const Inputs& in);  // of the solver in a step: one a point in a 
 // The scenes of nearly every kernel. `bench` names scenes to time, `tsan` scenes for the thread sanitizer.
 Scenes scenes_of_all(std::vector<std::string> bench, std::vector<std::string> tsan = {"box_pit_4000"});
 Scenes and_more(Scenes scenes, const std::string& name);  // added by FULL=1
+// The same, and always one in which hulls rest, so that their contacts are kept.
+Scenes with_hulls_at_rest(std::vector<std::string> bench, std::vector<std::string> tsan = {"hull_pit_2000"});
 inline const std::vector<std::string> of_many_bodies = {"castle", "boxes_100k"},
                                       of_boxes = {"box_pit_4000", "pyramid_24"},
                                       of_hulls = {"hull_pit_2000", "hull_soup"},

@@ -31,11 +31,10 @@ using SharedPairs = std::shared_ptr<const rigid::Pairs>;
 // The pairs of bins `from` .. `to` - 1 (common/rigid/route.h), sorted by bin, as the narrow phase hands them to a
 // kernel.
 inline SharedPairs pairs_of_bins(const Inputs& in, int from, int to) {
-  const auto kind = [&](std::int32_t collider) { return static_cast<rigid::Kind>(in.world.colliders.kind[collider]); };
   rigid::Pairs pairs;
   for (int bin = from; bin < to; ++bin)
     for (const rigid::Pair& pair : in.now.pairs)
-      if (rigid::bin_of(kind(pair.a), kind(pair.b)) == bin) pairs.push_back(pair);
+      if (rigid::bin_of_pair(in.world.colliders, pair) == bin) pairs.push_back(pair);
   return std::make_shared<const rigid::Pairs>(std::move(pairs));
 }
 inline SharedPairs convex_pairs(const Inputs& in) { return pairs_of_bins(in, rigid::first_of_convexes, rigid::bins); }
