@@ -136,7 +136,7 @@ const Register step{
               [](const std::string& path) {
                 return run_case(path, serial::step_batches_kept, openmp::step_batches_kept);
               },
-          .scenes = {.verify = {"hull_pit_2000"}, .more = {}, .bench = {}, .tsan = {}},
+          .scenes = {.verify = {"degenerate", "soup_10", "hull_pit_2000"}, .more = {}, .bench = {}, .tsan = {}},
           .covered_by = "batches_kept"}}}};
 
 }  // namespace
