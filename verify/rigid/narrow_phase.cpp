@@ -94,7 +94,7 @@ int count_kept(const FoundKept& found, const FoundKept& last) {
 
 // The separations of the deepest points differ by at most twice the tolerance (common/rigid/kept_contacts.h; the share
 // of turning is left out, so the row asks for more). A pair without points is farther apart than the margin. Nothing is
-// shown where no contact was kept, so that fails, too.
+// shown where pairs with hulls are there and none was kept, so that fails, too.
 Judgement near_full(const Inputs& in, const FoundKept& last, const FoundKept& found, const FoundKept& full) {
   std::map<Pair, std::pair<double, double>> deepest;  // of the kept, of the full
   const double margin = in.margin(), tolerance = kept_share * margin;
@@ -119,7 +119,7 @@ Judgement near_full(const Inputs& in, const FoundKept& last, const FoundKept& fo
   const int number = count_kept(found, last);
   judgement.worst_at =
       std::to_string(number) + " of " + std::to_string(found.kept.pairs.size()) + " kept; " + judgement.worst_at;
-  judgement.passed = judgement.error <= judgement.bound && number > 0;
+  judgement.passed = judgement.error <= judgement.bound && (number > 0 || convex_pairs(in)->empty());
   return judgement;
 }
 
