@@ -34,6 +34,13 @@ TEST_F(Cli, ListsWhatReadmeSays) {
   EXPECT_EQ(table, outcome.out) << "README's table is what build/lockstep list --markdown prints";
 }
 
+// A scene that FULL=1 adds is not one that `make verify` has, or the form would run on it twice.
+TEST(List, NoFormHasASceneTwice) {
+  for (const verify::Kernel& kernel : verify::kernels())
+    for (const std::string& scene : kernel.more_scenes)
+      EXPECT_EQ(std::ranges::count(kernel.scenes, scene), 0) << kernel.name << ' ' << kernel.form << ' ' << scene;
+}
+
 TEST_F(Cli, ListsNamesForLoopsOfAShell) {
   const auto listed = [&](const std::string& what) {
     const Outcome outcome = run({"list", what});

@@ -50,8 +50,10 @@ std::vector<Kernel> kernels() {
         const auto takes = [name = domain.name, takes = form.takes](const std::string& path) {
           return domain_of_scene(path).name == name && (!takes || takes(path));
         };
+        std::vector<std::string> more = form.scenes.more;
+        std::erase_if(more, [&](const std::string& name) { return std::ranges::count(form.scenes.verify, name) > 0; });
         all.push_back({kernel.name, form.name, form.order_dependent, paths(domain.name, form.scenes.verify),
-                       paths(domain.name, form.scenes.more), paths(domain.name, form.scenes.bench), takes, form.make,
+                       paths(domain.name, more), paths(domain.name, form.scenes.bench), takes, form.make,
                        paths(domain.name, form.scenes.tsan), form.covered_by, kernel.serial_forms});
       }
   }
