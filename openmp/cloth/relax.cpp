@@ -154,15 +154,18 @@ void relax_batches(Cloth<Real>& cloth, int iterations) {
         for (int k = begin; k < end; k += lanes) {
           // Lanes beyond the end read what the first lane reads, which no other thread writes.
           const maskv inside = first_lanes(end - k);
-          alignas(array_alignment) std::int32_t index_a[lanes], index_b[lanes];
-          store(index_a, select(inside, load(list_a + k), list_a[k]));
-          store(index_b, select(inside, load(list_b + k), list_b[k]));
-          const auto [ax, ay, az, aw] = load_quads(records, index_a).field;
-          const auto [bx, by, bz, bw] = load_quads(records, index_b).field;
+          std::int32_t few_a[lanes], few_b[lanes];
+          const std::int32_t *of_a = list_a + k, *of_b = list_b + k;
+          if (end - k < lanes) {
+            store(few_a, select(inside, load(of_a), *of_a)), store(few_b, select(inside, load(of_b), *of_b));
+            of_a = few_a, of_b = few_b;
+          }
+          const auto [ax, ay, az, aw] = load_quads(records, of_a).field;
+          const auto [bx, by, bz, bw] = load_quads(records, of_b).field;
           Point<floatv> a = {ax, ay, az, aw}, b = {bx, by, bz, bw};
           project(a, b, load(list_rest_2 + k));
-          store_quads(records, index_a, {{a.x, a.y, a.z, a.w}}, inside & (a.w > 0.f));
-          store_quads(records, index_b, {{b.x, b.y, b.z, b.w}}, inside & (b.w > 0.f));
+          store_quads(records, of_a, {{a.x, a.y, a.z, a.w}}, inside & (a.w > 0.f));
+          store_quads(records, of_b, {{b.x, b.y, b.z, b.w}}, inside & (b.w > 0.f));
         }
       }
 

@@ -23,7 +23,6 @@ LOCKSTEP_INLINE Places places_of(intv place) {
   store(places.place, place);
   return places;
 }
-LOCKSTEP_INLINE Places places_from(int first) { return places_of(intv(first) + lane_index()); }
 
 LOCKSTEP_INLINE lockstep::Quads load_quads(const Quad* records, const Places& places) {
   return lockstep::load_quads(reinterpret_cast<const float*>(records), places.place);
@@ -31,6 +30,7 @@ LOCKSTEP_INLINE lockstep::Quads load_quads(const Quad* records, const Places& pl
 LOCKSTEP_INLINE void store_quads(Quad* records, const Places& places, const lockstep::Quads& quads, maskv mask) {
   lockstep::store_quads(reinterpret_cast<float*>(records), places.place, quads, mask);
 }
+inline constexpr Places consecutive = {{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15}};
 
 // A record of each vertex: its vector and its inverse mass. By the whole team; n is a multiple of sixteen. A barrier
 // follows.
@@ -41,7 +41,7 @@ inline void make_records(const Vectors<float>& vectors, const Array<float>& inve
 #pragma omp for schedule(static)
   for (int v = 0; v < n; v += lanes) {
     const Vector3<floatv> x = load(from, v);
-    store_quads(records, places_from(v), {{x.x, x.y, x.z, load(&inverse_mass[v])}}, lanes_of(0xffff));
+    store_quads(records + v, consecutive, {{x.x, x.y, x.z, load(&inverse_mass[v])}}, lanes_of(0xffff));
   }
 }
 
@@ -52,7 +52,7 @@ inline void read_records(const Quad* records, Vectors<float>& vectors) {
   // Sixteen vectors are one thread's.
 #pragma omp for schedule(static)
   for (int v = 0; v < n; v += lanes) {
-    const auto [x, y, z, w] = load_quads(records, places_from(v)).field;
+    const auto [x, y, z, w] = load_quads(records + v, consecutive).field;
     store(to, v, {x, y, z});
   }
 }
@@ -63,19 +63,30 @@ struct Lanes16 {
   Places corner[4];
 };
 
-LOCKSTEP_INLINE Lanes16 load_contacts(const Contacts<float>& contacts, const Places& places, const Quad* records) {
+// Contacts first + which[l].
+LOCKSTEP_INLINE Lanes16 load_contacts(const Contacts<float>& contacts, int first, const std::int32_t* which,
+                                      const Quad* records) {
+  const std::size_t at = 4 * static_cast<std::size_t>(first);
   Lanes16 l;
-  const intv first = load(places.place) * 4;
+  const lockstep::Quads corner =
+      lockstep::load_quads(reinterpret_cast<const float*>(contacts.corner.data() + at), which);
   for (int i = 0; i < 4; ++i) {
-    l.corner[i] = places_of(gather(contacts.corner.data() + i, first));
+    l.corner[i] = places_of(bits_of(corner.field[i]));
     const auto [x, y, z, inverse_mass] = load_quads(records, l.corner[i]).field;
     l.contact.velocity[i] = {x, y, z}, l.contact.inverse_mass[i] = inverse_mass;
   }
-  const lockstep::Quads weight = lockstep::load_quads(contacts.weight.data(), places.place);
+  const lockstep::Quads weight = lockstep::load_quads(contacts.weight.data() + at, which);
   for (int i = 0; i < 4; ++i) l.contact.weight[i] = weight.field[i];
-  const auto [x, y, z, distance] = lockstep::load_quads(contacts.normal.data(), places.place).field;
+  const auto [x, y, z, distance] = lockstep::load_quads(contacts.normal.data() + at, which).field;
   l.contact.normal = {x, y, z}, l.contact.distance = distance;
   return l;
+}
+
+// Contacts first .. first + 15; beyond the last one, that again.
+LOCKSTEP_INLINE Lanes16 load_sixteen(const Contacts<float>& contacts, int first, const Quad* records) {
+  const int last = static_cast<int>(contacts.count) - 1 - first;
+  if (last >= lanes - 1) return load_contacts(contacts, first, consecutive.place, records);
+  return load_contacts(contacts, first, places_of(min(lane_index(), intv(last))).place, records);
 }
 
 }  // namespace lockstep::production_cloth::openmp
