@@ -14,16 +14,12 @@
 #include "common/production_cloth/contact_batches.h"
 #include "openmp/counting_sort.h"
 #include "openmp/production_cloth/contact_lanes.h"
+#include "openmp/stages.h"
 
 namespace lockstep::production_cloth::openmp {
 
-using lockstep::openmp::CountingSort, lockstep::openmp::my_share, lockstep::openmp::Share;
-
-// Batches begin .. end - 1 between two barriers: one, or several small ones.
-struct Stage {
-  int begin, end;
-  bool small;
-};
+using lockstep::openmp::add_batch, lockstep::openmp::CountingSort, lockstep::openmp::my_share;
+using lockstep::openmp::Share, lockstep::openmp::Stage;
 
 constexpr int small_batch = 64;  // contacts: less work than what a barrier costs
 
@@ -31,10 +27,7 @@ inline std::vector<Stage> stages_of(const Batches& batches) {
   std::vector<Stage> stages;
   for (int batch = 0; batch < batches.count(); ++batch) {
     const bool small = batches.begin[batch + 1] - batches.begin[batch] < small_batch;
-    if (small && !stages.empty() && stages.back().small)
-      stages.back().end = batch + 1;
-    else
-      stages.push_back({batch, batch + 1, small});
+    add_batch(batch, batch + 1, small, stages);
   }
   return stages;
 }

@@ -15,15 +15,11 @@
 #include "common/batches.h"
 #include "common/rigid/manifold.h"
 #include "common/simd.h"
+#include "openmp/stages.h"
 
 namespace lockstep::rigid::openmp {
 
-// Vectors of contacts, begin .. end - 1, between two barriers. They are one batch, or several small batches in order,
-// which one thread takes.
-struct Stage {
-  int begin, end;
-  bool small;
-};
+using lockstep::openmp::add_batch, lockstep::openmp::Stage;
 
 inline constexpr int small_batch = 4;          // vectors: less than what a barrier costs
 inline constexpr int piece_size = 32 * lanes;  // contacts: a thousand pieces are added up in some microseconds
@@ -41,7 +37,7 @@ struct Plan {
 
   std::vector<std::int32_t> order;  // manifolds, batch after batch
   std::vector<Vector> vectors;
-  std::vector<Stage> stages;
+  std::vector<Stage> stages;  // in vectors
   std::vector<Piece> pieces;
 };
 
@@ -57,10 +53,7 @@ inline void cut(const Batches& batches, Plan& plan) {
       vectors += (last - first + lanes - 1) / lanes;
     }
     const bool small = vectors - begin < small_batch;
-    if (small && !plan.stages.empty() && plan.stages.back().small)
-      plan.stages.back().end = vectors;
-    else
-      plan.stages.push_back({begin, vectors, small});
+    add_batch(begin, vectors, small, plan.stages);
   }
   plan.order.resize(batches.order.size());
   plan.vectors.resize(vectors);
