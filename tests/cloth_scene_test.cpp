@@ -45,6 +45,8 @@ TEST(ClothScenes, OfTheRepositoryLoad) {
       {"rope", {1, 33}},
       {"garment", {0, 0}},
       {"napkin", {0, 0}},
+      {"washing_line", {1, 33}},
+      {"flags_64", {128, 128}},
   };
   std::map<std::string, std::pair<int, int>> found;
   for (const auto& file : std::filesystem::directory_iterator("scenes/cloth")) {
@@ -230,6 +232,30 @@ TEST_F(ClothSceneTest, TakesOpenAndNonManifoldMeshes) {
   EXPECT_EQ(cloth.constraints.count, 3 + 2 + 2 + 3 + 2);
 }
 
+// --- Several cloths
+
+TEST_F(ClothSceneTest, TakesSeveralSheetsAndMeshesAndTheirCopies) {
+  write_bytes(path("a.obj"), square + "f 1 2 3\nf 1 3 4\n");
+  const std::string several =
+      "[[sheet]]\nrows = 2\ncolumns = 3\norigin = [0, 0, 0]\nwidth = [2, 0, 0]\nheight = [0, "
+      "-1, 0]\nmass = 1\ncopies = 3\nshift = [0, 1, 0.5]\n[[sheet]]\nrows = 1\ncolumns = "
+      "2\norigin = [0, 0, 0]\nwidth = [1, 0, 0]\nheight = [0, 0, 0]\nmass = 1\n[[mesh]]\nfile "
+      "= \"a.obj\"\nmass = 1\ncopies = 2\nshift = [5, 0, 0]\n";
+  const Scene scene = load(head + several);
+  ASSERT_EQ(scene.others.size(), 5u);
+  const auto first_of = [&](int k) { return lockstep::load(scene.others[k].position, 0); };
+  EXPECT_EQ(lockstep::load(scene.cloth.position, 0).y, 0);
+  EXPECT_EQ(first_of(0).y, 1);
+  EXPECT_EQ(first_of(1).y, 2);
+  EXPECT_EQ(first_of(1).z, 1);
+  EXPECT_EQ(lockstep::load(scene.others[1].previous, 0).y, 2);
+  EXPECT_EQ(scene.others[1].position.x[3], 0) << "padding stays where it is";
+  EXPECT_EQ(scene.others[2].sheet.columns, 2);
+  EXPECT_EQ(scene.others[3].sheet.rows, 0);
+  EXPECT_EQ(first_of(4).x, first_of(3).x + 5);
+  EXPECT_EQ(scene.others[0].constraints.rest_2, scene.cloth.constraints.rest_2);
+}
+
 // --- Frames
 
 std::string big_endian(const auto... numbers) {
@@ -246,22 +272,43 @@ TEST_F(ClothSceneTest, WritesFramesForParaView) {
                                                   "3]\nwidth = [1, 0, 0]\nheight = [0, -1, 0]\nmass = 1\n")
                                           .cloth);
   cloth.previous.x[cloth.sheet.index(1, 0)] -= 1;
-  write_vtk(path("a.vtk"), cloth);
+  write_vtk(path("a.vtk"), {&cloth, 1});
   EXPECT_EQ(read_bytes(path("a.vtk")),
             "# vtk DataFile Version 3.0\nLockstep cloth\nBINARY\nDATASET POLYDATA\nPOINTS 4 float\n" +
                 big_endian(1.f, 2.f, 3.f, 2.f, 2.f, 3.f, 1.f, 1.f, 3.f, 2.f, 1.f, 3.f) + "POLYGONS 2 8\n" +
                 big_endian(3, 0, 1, 2, 3, 3, 2, 1) + "POINT_DATA 4\nVECTORS velocity float\n" +
                 big_endian(0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 2.f, 0.f, 0.f, 0.f, 0.f, 0.f));
-  EXPECT_EQ(error_of([&] { write_vtk(path("none/a.vtk"), cloth); }),
+  EXPECT_EQ(error_of([&] {
+              write_vtk(path("none/a.vtk"), {&cloth, 1});
+            }),
             path("none/a.vtk") + ": cannot be written: No such file or directory");
   EXPECT_EQ(files(), 2);
+}
+
+TEST_F(ClothSceneTest, WritesSeveralClothsIntoOneFrame) {
+  const std::string rope =
+      "[[sheet]]\nrows = 1\ncolumns = 2\norigin = [7, 8, 9]\nwidth = [1, 0, 0]\nheight = [0, 0, "
+      "0]\nmass = 1\n";
+  const std::string square =
+      "[[sheet]]\nrows = 2\ncolumns = 2\norigin = [0, 0, 0]\nwidth = [1, 0, 0]\nheight = [0, "
+      "-1, 0]\nmass = 1\n";
+  const Scene scene = load(head + rope + square);
+  const std::vector<Cloth<float>> cloths = {convert<float>(scene.cloth), convert<float>(scene.others[0])};
+  write_vtk(path("a.vtk"), cloths);
+  EXPECT_EQ(read_bytes(path("a.vtk")),
+            "# vtk DataFile Version 3.0\nLockstep cloth\nBINARY\nDATASET POLYDATA\nPOINTS 6 float\n" +
+                big_endian(7.f, 8.f, 9.f, 8.f, 8.f, 9.f, 0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, -1.f, 0.f, 1.f, -1.f, 0.f) +
+                "LINES 1 3\n" + big_endian(2, 0, 1) + "POLYGONS 2 8\n" + big_endian(3, 2, 3, 4, 3, 5, 4, 3) +
+                "POINT_DATA 6\nVECTORS velocity float\n" +
+                big_endian(0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f, 0.f));
 }
 
 TEST_F(ClothSceneTest, WritesARopeAsALine) {
   for (const char* size : {"rows = 1\ncolumns = 3", "rows = 3\ncolumns = 1"}) {
     const Scene rope = load(head + "[sheet]\n" + size +
                             "\norigin = [0, 0, 0]\nwidth = [2, 0, 0]\nheight = [2, 0, 0]\nmass = 1\nbending = true\n");
-    write_vtk(path("a.vtk"), convert<float>(rope.cloth));
+    const Cloth<float> cloth = convert<float>(rope.cloth);
+    write_vtk(path("a.vtk"), {&cloth, 1});
     EXPECT_EQ(read_bytes(path("a.vtk")),
               "# vtk DataFile Version 3.0\nLockstep cloth\nBINARY\nDATASET POLYDATA\nPOINTS 3 float\n" +
                   big_endian(0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 2.f, 0.f, 0.f) + "LINES 1 4\n" + big_endian(3, 0, 1, 2) +

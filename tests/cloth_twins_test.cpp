@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/batches.h"
+#include "common/cloth/cloths.h"
 #include "common/cloth/make.h"
 #include "common/cloth/residual.h"
 #include "common/cloth/scene.h"
@@ -85,6 +86,29 @@ TEST(ClothTwins, TenThousandStepsOfTheFlagStayFinite) {
   for (int step = 0; step < 10000; ++step) openmp::step_chains(cloth);
   EXPECT_EQ(verify::first_not_finite(cloth), "");
   EXPECT_LT(residual(cloth), .2);
+}
+
+// --- Several cloths
+
+// Each cloth moves as if it were alone, whichever thread takes it.
+TEST(ClothTwins, ClothsSideBySideMoveAsAlone) {
+  const Scene scene = load_scene("scenes/cloth/washing_line.toml");
+  std::vector<Cloth<float>> start = {convert<float>(scene.cloth)};
+  for (const Cloth<double>& other : scene.others) start.push_back(convert<float>(other));
+  std::vector<Cloth<float>> alone = start;
+  for (int step = 0; step < 20; ++step)
+    for (Cloth<float>& cloth : alone)
+      if (cloth.sheet.rows > 0)
+        serial::step_chains(cloth);
+      else
+        serial::step_batches(cloth);
+  for (const int threads : {1, 2, 3, 16}) {
+    omp_set_num_threads(threads);
+    std::vector<Cloth<float>> cloths = start;
+    for (int step = 0; step < 20; ++step) openmp::step_cloths(cloths);
+    for (std::size_t k = 0; k < cloths.size(); ++k)
+      EXPECT_TRUE(verify::bitwise(cloths[k], alone[k]).passed) << "cloth " << k << ", threads " << threads;
+  }
 }
 
 // --- Batches

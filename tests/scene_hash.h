@@ -47,6 +47,7 @@ inline std::uint64_t hash_of_scene(const std::string& domain, const std::string&
     for (const auto& capsule : b.capsules) hash += hash_all(capsule.from, capsule.to, capsule.radius);
     for (const auto& box : b.boxes) hash += hash_all(box.centre, box.half, box.axis);
     for (const double inverse_mass : s.cloth.inverse_mass) hash = hash_all(hash, inverse_mass);
+    for (const auto& other : s.others) hash = hash_all(hash, hash_of(other), other.constraints.count);
     return hash;
   }
   if (domain == "levelset") {

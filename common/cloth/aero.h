@@ -37,8 +37,7 @@ template <class Real, class V>
   const Vector3<V> gravity = {model.gravity.x, model.gravity.y, model.gravity.z};
   const V third_w = inverse_mass * Real(1. / 3);
   const Vector3<V> acceleration = gravity + third_w * force;
-  const Vector3<V> next =
-      position + model.velocity_factor * moved + (model.time_step * model.time_step) * acceleration;
+  const Vector3<V> next = position + model.velocity_factor * moved + (model.time_step * model.time_step) * acceleration;
   return select(inverse_mass > V(0), next, position);
 }
 

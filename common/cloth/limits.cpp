@@ -15,6 +15,10 @@ void require_at_most(double limit, double count, const std::string& what, const 
     throw InputError(where + ": " + digits_of(count) + ' ' + what + ", expected at most " + digits_of(limit));
 }
 
+std::string cloths_of(int copies, const char* one, const char* many) {
+  return (copies == 1 ? std::string(one) : digits_of(copies) + ' ' + many) + " of ";
+}
+
 // As in messages: [row, column] of a sheet, the number in its OBJ file of a mesh.
 std::string name(const Sheet& sheet, int i) {
   if (sheet.rows == 0) return std::to_string(i + 1);
@@ -38,22 +42,23 @@ double making_bytes(double particles, double constraints, double triangles, doub
          constraints * later_batch + growing * triangles * triangle;
 }
 
-void require_sheet_size(double rows, double columns, const std::string& where) {
+void require_sheet_size(double rows, double columns, int copies, const std::string& where) {
   const double pitch = std::ceil(columns / 16) * 16, particles = rows * pitch;
   if (rows * columns < 2) throw InputError(where + ": a sheet of one particle, expected at least two");
   require_at_most(max_particles, particles, "particles, with rows filled up to whole vectors", where);
   constexpr double constraints = 6;                        // that a particle begins; each ties two
   const double triangles = 2 * (rows + 1) * (pitch + 16);  // as many as Cloth::force has room for
-  require_memory(making_bytes(particles, constraints * particles, triangles, 2 * constraints),
-                 where + ": a sheet of " + digits_of(rows * columns) + " particles");
+  require_memory(copies * making_bytes(particles, constraints * particles, triangles, 2 * constraints),
+                 where + ": " + cloths_of(copies, "a sheet", "sheets") + digits_of(rows * columns) + " particles");
 }
 
-void require_mesh_size(double points, double triangles, double triangles_around, const std::string& where) {
+void require_mesh_size(double points, double triangles, double triangles_around, int copies, const std::string& where) {
   require_at_most(max_particles, points, "points", where);
   require_at_most(max_triangles, triangles, "triangles", where);
   // A triangle brings at most three edges and three bending ties; of those, at each of its corners two and two.
-  require_memory(making_bytes(points, 6 * triangles, triangles, 4 * triangles_around),
-                 where + ": a cloth of " + digits_of(points) + " points and " + digits_of(triangles) + " triangles");
+  require_memory(copies * making_bytes(points, 6 * triangles, triangles, 4 * triangles_around),
+                 where + ": " + cloths_of(copies, "a cloth", "cloths") + digits_of(points) + " points and " +
+                     digits_of(triangles) + " triangles");
 }
 
 void require_lengths(const Cloth<double>& cloth, const std::string& where) {

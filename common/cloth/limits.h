@@ -21,9 +21,9 @@ double making_bytes(double particles, double constraints, double triangles, doub
 
 // Throw InputError unless a sheet or a mesh is within the limits above and fits this machine's memory. To be called
 // before the cloth is made. `where` opens the message: the place at fault. triangles_around: the largest number of
-// triangles at one point.
-void require_sheet_size(double rows, double columns, const std::string& where);
-void require_mesh_size(double points, double triangles, double triangles_around, const std::string& where);
+// triangles at one point; copies: how many such cloths there will be.
+void require_sheet_size(double rows, double columns, int copies, const std::string& where);
+void require_mesh_size(double points, double triangles, double triangles_around, int copies, const std::string& where);
 
 // Throws InputError where a constraint is shorter or longer than the limits above: of two particles at one place, say.
 void require_lengths(const Cloth<double>& cloth, const std::string& where);

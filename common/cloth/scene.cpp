@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -78,6 +79,25 @@ Bodies<double> thickened(Bodies<double> bodies, double thickness) {
   return bodies;
 }
 
+// --- Cloths
+
+int copies_of(const toml::table& table) { return whole_int(table, "copies", 1).value_or(1); }
+
+void move(Cloth<double>& cloth, int i, const Vector3<double>& by) {
+  for (Vectors<double>* points : {&cloth.position, &cloth.previous})
+    points->x[i] += by.x, points->y[i] += by.y, points->z[i] += by.z;
+}
+
+// A cloth and its copies, each `shift` away from the one before.
+void add_copies(const toml::table& table, Cloth<double> cloth, std::vector<Cloth<double>>& cloths) {
+  const Vector3<double> shift = vector(table, "shift", "m").value_or(Vector3<double>{0, 0, 0});
+  for (int copy = 0; copy < copies_of(table); ++copy) {
+    cloths.push_back(cloth);
+    for (int i = 0; i < cloth.count; ++i)
+      if (cloth.sheet.rows == 0 || i % cloth.sheet.pitch < cloth.sheet.columns) move(cloth, i, shift);
+  }
+}
+
 // --- Sheets
 
 // The particles of an edge or a corner, numbered row * columns + column, by its name; none by another name.
@@ -150,10 +170,11 @@ Pull read_pull(const toml::table& table, int rows, int columns) {
 }
 
 Cloth<double> load_sheet(const toml::table& table, const Model<double>& model, const Bodies<double>& bodies) {
-  check_keys(table, {"rows", "columns", "origin", "width", "height", "mass"}, {"bending", "pins", "pull"});
+  check_keys(table, {"rows", "columns", "origin", "width", "height", "mass"},
+             {"bending", "pins", "pull", "copies", "shift"});
   const std::string where = position(table.source());
   const int rows = *whole_int(table, "rows", 1), columns = *whole_int(table, "columns", 1);
-  require_sheet_size(rows, columns, where);
+  require_sheet_size(rows, columns, copies_of(table), where);
 
   // From one particle to the next along a side of the sheet.
   const auto spacing = [&](std::string_view side, int particles) -> Vector3<double> {
@@ -174,11 +195,8 @@ Cloth<double> load_sheet(const toml::table& table, const Model<double>& model, c
 
   Cloth<double> cloth = make_sheet(model, bodies, plan);
   require_lengths(cloth, where);
-  for (const int particle : pull.particles) {
-    const int i = cloth.sheet.index(particle / columns, particle % columns);
-    for (Vectors<double>* points : {&cloth.position, &cloth.previous})
-      points->x[i] += pull.by.x, points->y[i] += pull.by.y, points->z[i] += pull.by.z;
-  }
+  for (const int particle : pull.particles)
+    move(cloth, cloth.sheet.index(particle / columns, particle % columns), pull.by);
   return cloth;
 }
 
@@ -186,7 +204,7 @@ Cloth<double> load_sheet(const toml::table& table, const Model<double>& model, c
 
 Cloth<double> load_mesh(const toml::table& table, const std::string& scene_path, const Model<double>& model,
                         const Bodies<double>& bodies) {
-  check_keys(table, {"file", "mass"}, {"scale", "bending", "pins_above"});
+  check_keys(table, {"file", "mass"}, {"scale", "bending", "pins_above", "copies", "shift"});
   const std::string path = beside(scene_path, *text(table, "file"));
   const double scale = positive(table, "scale", "").value_or(1);
   const double mass = *positive(table, "mass", "kg");
@@ -198,7 +216,8 @@ Cloth<double> load_mesh(const toml::table& table, const std::string& scene_path,
   std::vector<int> triangles_around(mesh.points.size()), pinned;
   for (const Triangle& t : mesh.triangles)
     for (const int i : {t.a, t.b, t.c}) ++triangles_around[i];
-  require_mesh_size(mesh.points.size(), mesh.triangles.size(), *std::ranges::max_element(triangles_around), path);
+  require_mesh_size(mesh.points.size(), mesh.triangles.size(), *std::ranges::max_element(triangles_around),
+                    copies_of(table), path);
   for (Vector3<double>& p : mesh.points) {
     p = {scale * p.x, scale * p.y, scale * p.z};
     if (pins_above && p.y > *pins_above) pinned.push_back(static_cast<int>(&p - mesh.points.data()));
@@ -213,6 +232,13 @@ Cloth<double> load_mesh(const toml::table& table, const std::string& scene_path,
   return cloth;
 }
 
+// [key] or [[key]]; none if it is absent.
+std::vector<const toml::table*> one_or_more(const toml::table& scene, std::string_view key) {
+  const toml::node* node = scene.get(key);
+  if (node && node->is_table()) return {node->as_table()};
+  return subtables(scene, key);
+}
+
 }  // namespace
 
 Scene load_scene(const std::string& path) {
@@ -224,12 +250,16 @@ Scene load_scene(const std::string& path) {
   const Model<double> model = read_model(scene);
   const Bodies<double> bodies = read_bodies(scene);
   const Bodies<double> kept_off = thickened(bodies, not_negative(scene, "thickness", "m"));
-  const toml::table *sheet = subtable(scene, "sheet"), *mesh = subtable(scene, "mesh");
-  if (!sheet && !mesh) refuse(scene.source(), "sheet or mesh is missing");
-  if (sheet && mesh) refuse_value(*mesh, "mesh", "either [sheet] or [mesh]");
+  std::vector<Cloth<double>> cloths;
+  for (const toml::table* table : one_or_more(scene, "sheet"))
+    add_copies(*table, load_sheet(*table, model, kept_off), cloths);
+  for (const toml::table* table : one_or_more(scene, "mesh"))
+    add_copies(*table, load_mesh(*table, path, model, kept_off), cloths);
+  if (cloths.empty()) refuse(scene.source(), "sheet or mesh is missing");
   return {.name = scene_name(path),
           .path = path,
-          .cloth = sheet ? load_sheet(*sheet, model, kept_off) : load_mesh(*mesh, path, model, kept_off),
+          .cloth = std::move(cloths.front()),
+          .others = {std::move_iterator(cloths.begin() + 1), std::move_iterator(cloths.end())},
           .bodies = bodies,
           .frames = frames};
 }

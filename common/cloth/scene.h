@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "common/cloth/cloth.h"
 
@@ -10,8 +11,9 @@ namespace lockstep::cloth {
 struct Scene {
   std::string name;  // the file's, without folder and extension
   std::string path;
-  Cloth<double> cloth;    // convert<float>(cloth) is what float kernels take
-  Bodies<double> bodies;  // without thickness: no particle ends a step inside one, unless it was pinned
+  Cloth<double> cloth;                // convert<float>(cloth) is what float kernels take
+  std::vector<Cloth<double>> others;  // beside it, in the order of the file; cloths do not touch one another
+  Bodies<double> bodies;              // without thickness: no particle ends a step inside one, unless it was pinned
   int frames;
 };
 

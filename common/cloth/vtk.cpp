@@ -20,49 +20,72 @@ std::vector<int> particles_of(const Cloth<float>& cloth) {
 
 }  // namespace
 
-void write_vtk(const std::string& path, const Cloth<float>& cloth) {
-  const Vectors<float>&p = cloth.position, &q = cloth.previous;
-  const float dt = cloth.model.time_step;
-  const std::vector<int> particles = particles_of(cloth);
-  const int count = static_cast<int>(particles.size()), triangles = static_cast<int>(cloth.triangles.size());
-  std::vector<int> number(cloth.count);  // of a particle in the file
-  for (int k = 0; k < count; ++k) number[particles[k]] = k;
+void write_vtk(const std::string& path, std::span<const Cloth<float>> cloths) {
+  const auto for_each_particle = [&](const auto& f) {
+    for (const Cloth<float>& cloth : cloths)
+      for (const int i : particles_of(cloth)) f(cloth, i);
+  };
+  // Calls f(cloth, number), where number[i] is that of particle i in the file.
+  const auto for_each_cloth = [&](const auto& f) {
+    int count = 0;
+    for (const Cloth<float>& cloth : cloths) {
+      std::vector<int> number(cloth.count);
+      for (const int i : particles_of(cloth)) number[i] = count++;
+      f(cloth, number);
+    }
+  };
+  const auto is_rope = [](const Cloth<float>& cloth) { return cloth.triangles.empty(); };
 
   const auto add_positions = [&](vtk::Words& words) {
-    for (const int i : particles) words.add(Vector3<float>{p.x[i], p.y[i], p.z[i]});
+    for_each_particle([&](const Cloth<float>& cloth, int i) { words.add(load(cloth.position, i)); });
   };
   const auto add_velocities = [&](vtk::Words& words) {
-    for (const int i : particles)
+    for_each_particle([&](const Cloth<float>& cloth, int i) {
+      const Vectors<float>&p = cloth.position, &q = cloth.previous;
+      const float dt = cloth.model.time_step;
       words.add(Vector3<float>{(p.x[i] - q.x[i]) / dt, (p.y[i] - q.y[i]) / dt, (p.z[i] - q.z[i]) / dt});
+    });
   };
   const auto add_triangles = [&](vtk::Words& words) {
-    for (const auto& [a, b, c] : cloth.triangles)
-      for (const int word : {3, number[a], number[b], number[c]}) words.add(word);
+    for_each_cloth([&](const Cloth<float>& cloth, const std::vector<int>& number) {
+      for (const auto& [a, b, c] : cloth.triangles)
+        for (const int word : {3, number[a], number[b], number[c]}) words.add(word);
+    });
   };
-  const auto add_rope = [&](vtk::Words& words) {
-    words.add(count);
-    for (int k = 0; k < count; ++k) words.add(k);
+  const auto add_ropes = [&](vtk::Words& words) {
+    for_each_cloth([&](const Cloth<float>& cloth, const std::vector<int>& number) {
+      if (!is_rope(cloth)) return;
+      const std::vector<int> particles = particles_of(cloth);
+      words.add(static_cast<int>(particles.size()));
+      for (const int i : particles) words.add(number[i]);
+    });
   };
+  int count = 0, ropes = 0, of_ropes = 0;
+  std::int64_t triangles = 0;
+  for (const Cloth<float>& cloth : cloths) {
+    const int particles = static_cast<int>(particles_of(cloth).size());
+    count += particles, triangles += cloth.triangles.size();
+    ropes += is_rope(cloth), of_ropes += is_rope(cloth) ? particles : 0;
+  }
   vtk::PolyData data{.title = "Lockstep cloth",
                      .points = count,
                      .positions = add_positions,
                      .point_data = {{"velocity", vtk::Type::vectors, add_velocities}}};
-  if (triangles > 0)
-    data.polygons = {triangles, std::int64_t{3} * triangles, add_triangles};
-  else
-    data.lines = {1, count, add_rope};
+  if (triangles > 0) data.polygons = {triangles, 3 * triangles, add_triangles};
+  if (ropes > 0) data.lines = {ropes, of_ropes, add_ropes};
   vtk::write(path, data);
 }
 
-void write_obstacles(const std::string& path, const Cloth<float>& cloth) {
+void write_obstacles(const std::string& path, std::span<const Cloth<float>> cloths) {
   constexpr float infinity = std::numeric_limits<float>::infinity();
   Vector3<float> low{infinity, infinity, infinity}, high = -low;
-  for (const int i : particles_of(cloth)) {
-    const Vector3<float> p = load(cloth.position, i);
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  }
-  write_surfaces(path, surfaces_of(cloth.bodies, low, high));
+  for (const Cloth<float>& cloth : cloths)
+    for (const int i : particles_of(cloth)) {
+      const Vector3<float> p = load(cloth.position, i);
+      low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    }
+  write_surfaces(path, surfaces_of(cloths[0].bodies, low, high));
 }
 
 Surfaces surfaces_of(const Bodies<float>& bodies, const Vector3<float>& low, const Vector3<float>& high) {

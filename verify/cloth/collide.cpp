@@ -33,7 +33,9 @@ Scenes scenes() {
   return all;
 }
 
-const Register collide{{.name = "cloth/collide", .place = 3, .forms = {{.make = collide_case, .scenes = scenes()}}}};
+const Register collide{{.name = "cloth/collide",
+                        .place = 3,
+                        .forms = {{.make = collide_case, .scenes = scenes(), .takes = has_one_cloth}}}};
 
 }  // namespace
 }  // namespace lockstep::verify::cloth_collide

@@ -74,6 +74,7 @@ Scenes scenes_of_all(std::vector<std::string> bench) {
   return scenes;
 }
 
-bool is_sheet(const std::string& path) { return inputs(path)->start->sheet.rows > 0; }
+bool has_one_cloth(const std::string& path) { return load_scene(path).others.empty(); }
+bool is_sheet(const std::string& path) { return has_one_cloth(path) && inputs(path)->start->sheet.rows > 0; }
 
 }  // namespace lockstep::verify::cloth_inputs

@@ -35,7 +35,8 @@ inline constexpr double flops_of_projection = 27;
 Scenes scenes_of_sheets(std::vector<std::string> bench);
 Scenes scenes_of_all(std::vector<std::string> bench);
 
-// Whether the scene is a sheet, for forms that run on sheets alone.
+// Whether the scene has one cloth; whether it is a sheet, for forms that run on sheets alone.
+bool has_one_cloth(const std::string& path);
 bool is_sheet(const std::string& path);
 
 }  // namespace lockstep::verify::cloth_inputs

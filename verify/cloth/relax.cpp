@@ -115,7 +115,7 @@ std::vector<Form> forms() {
   std::vector<Form> all;
   for (const ClothForm& form : cloth_forms) {
     if (!form.openmp_relax) continue;
-    const auto takes = form.for_meshes ? nullptr : is_sheet;
+    const auto takes = form.for_meshes ? has_one_cloth : is_sheet;
     const Scenes scenes =
         form.for_meshes ? scenes_of_all({"flag_128", "garment"}) : scenes_of_sheets({"flag_128", "flag_256"});
     Scenes short_runs = {.verify = {"flag_33", "curtain", "sheet_on_sphere", "pulled_edge", "rope"},

@@ -41,7 +41,7 @@ std::vector<Form> forms() {
           {.name = form.name,
            .make = [form](const std::string& path) { return step_case(path, form); },
            .scenes = form.for_meshes ? scenes_of_all({"garment"}) : scenes_of_sheets({"flag_128", "flag_128_substeps"}),
-           .takes = form.for_meshes ? nullptr : is_sheet});
+           .takes = form.for_meshes ? has_one_cloth : is_sheet});
   return all;
 }
 

@@ -26,9 +26,10 @@ Case verlet_case(const std::string& path) {
   });
 }
 
-const Register verlet{{.name = "cloth/verlet",
-                       .place = 1,
-                       .forms = {{.make = verlet_case, .scenes = scenes_of_all({"flag_128", "garment"})}}}};
+const Register verlet{
+    {.name = "cloth/verlet",
+     .place = 1,
+     .forms = {{.make = verlet_case, .scenes = scenes_of_all({"flag_128", "garment"}), .takes = has_one_cloth}}}};
 
 }  // namespace
 }  // namespace lockstep::verify::cloth_verlet

@@ -103,8 +103,8 @@ Kept count_kept(const Inputs& in, const FoundKept& found, const FoundKept& last)
 }
 
 // The separations of the deepest points differ by at most twice the tolerance (common/rigid/kept_contacts.h; the share
-// of turning is left out, so the row asks for more). A pair without points is farther apart than the margin. If no contact
-// were kept, that would hold by itself; so each that has hardly moved must have been.
+// of turning is left out, so the row asks for more). A pair without points is farther apart than the margin. If no
+// contact were kept, that would hold by itself; so each that has hardly moved must have been.
 Judgement near_full(const Inputs& in, const FoundKept& last, const FoundKept& found, const FoundKept& full) {
   std::map<Pair, std::pair<double, double>> deepest;  // of the kept, of the full
   const double margin = in.margin(), tolerance = kept_share * margin;
