@@ -31,6 +31,7 @@ import measure  # noqa: E402
 import module_times  # noqa: E402
 import modules  # noqa: E402
 import face_modules  # noqa: E402
+import problem_sizes  # noqa: E402
 import production_modules  # noqa: E402
 import roofline  # noqa: E402
 import scalability  # noqa: E402
@@ -195,6 +196,13 @@ def reports(threads=(1, 2)):
             ]
         }
         for kernel, slow in (("fluid/step", 1.0), ("cloth/step", 3.0))
+        for cores in (1, 64)
+    ]
+    with_costs["problem_sizes"] = [
+        {"kernel": kernel, "form": "f", "scene": f"s{size:.0f}", "items": size, "unit": "things", "cores": cores}
+        | modelled(cores, 10.0 if cores == 1 else 10.0 / (64 * in_use), 1.0)
+        for kernel, uses in (("fluid/step", (0.1, 0.25, 1.0)), ("cloth/relax", (0.1, 0.2, 0.4)))
+        for size, in_use in zip((100.0, 1000.0, 16000.0), uses)
         for cores in (1, 64)
     ]
     costs = {"costs": {"lock_moved_ns": 6.2, "memory_gb_per_s": 40.0}}
@@ -448,6 +456,19 @@ class Figures(unittest.TestCase):
         self.assertEqual(
             self.row("cloth_convergence", scene="rope", form="chains", iterations=80)["times_the_original"], ""
         )
+
+    def test_problem_sizes_say_from_where_on_half_of_the_cores_are_in_use(self):
+        row = self.row("problem_sizes", kernel="fluid/step", scene="s1000")
+        self.assertAlmostEqual(float(row["in_use"]), 0.25)
+        self.assertAlmostEqual(float(row["speed_up"]), 16)
+        sizes = {name: problem_sizes.half_used_from(rows) for name, rows in self.sizes().items()}
+        self.assertAlmostEqual(sizes["fluid/step f"], 4000)  # halfway between .25 and 1, and between 1,000 and 16,000
+        self.assertIsNone(sizes["cloth/relax f"])
+        self.assertIn("fluid/step f: from 4,000 things", self.section(self.index, "problem_sizes"))
+        self.assertIn("cloth/relax f: not by 16,000 things (40", self.section(self.index, "problem_sizes"))
+
+    def sizes(self):
+        return problem_sizes.kernels(self.tables["problem_sizes"])
 
     def test_sensitivity_compares_the_same_records(self):
         # 64 ms on one core; on 64 cores 1 ms and barriers, of 1 ms as they are.

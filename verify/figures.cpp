@@ -34,6 +34,7 @@
 #include "verify/rows_of.h"
 #include "verify/scale.h"
 #include "verify/sensitivity.h"
+#include "verify/sizes.h"
 
 namespace lockstep::verify {
 namespace {
@@ -281,10 +282,15 @@ struct Figure {
   void (*compute)(const FigureOptions& options, const Model& model, RowsOf& rows);
 };
 
-constexpr Figure all_figures[] = {{"cloth_convergence", cloth_convergence},   {"levelset_blocks", levelset_blocks},
-                                  {"levelset_slice", levelset_slice},         {"contact_batches", contact_batches},
-                                  {"production_modules", production_modules}, {"face_modules", face_modules},
-                                  {"cloth_modules", cloth_modules},           {"sensitivity", sensitivity}};
+constexpr Figure all_figures[] = {{"cloth_convergence", cloth_convergence},
+                                  {"levelset_blocks", levelset_blocks},
+                                  {"levelset_slice", levelset_slice},
+                                  {"contact_batches", contact_batches},
+                                  {"production_modules", production_modules},
+                                  {"face_modules", face_modules},
+                                  {"cloth_modules", cloth_modules},
+                                  {"sensitivity", sensitivity},
+                                  {"problem_sizes", problem_sizes}};
 
 }  // namespace
 

@@ -30,6 +30,7 @@ FIGURES = [
     "contact_batches",
     "fsm_over_fmm",
     "scalability",
+    "problem_sizes",
     "modules",
     "cloth_convergence",
     "frame_times",

@@ -1,0 +1,55 @@
+#include "verify/sizes.h"
+
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "verify/selection.h"
+
+namespace lockstep::verify {
+namespace {
+
+struct Growing {
+  const char *kernel, *form;
+  std::vector<const char*> scenes;  // smallest first
+};
+const std::vector<Growing> all = {
+    {"rigid/contact_solver", "batches", {"pyramid_15", "pyramid_24", "castle_hit", "castles_4"}},
+    {"rigid/step", "batches", {"pyramid_15", "pyramid_24", "castle_hit", "castles_4"}},
+    {"rigid/gjk", "cold", {"soup_10", "hull_soup", "hull_pit_2000", "hull_soup_100k"}},
+    {"fluid/step", "pair_lists", {"dam_break_5k", "dam_break_35k", "dam_break_100k", "dam_break_500k"}},
+    {"cloth/relax", "colours", {"flag_33", "flag_128", "flag_256", "flag_1024"}},
+    {"levelset/fast_sweeping",
+     "sweeps",
+     {"spheres_and_box_64_full", "spheres_and_box_128_full", "spheres_and_box_256_full"}},
+    {"levelset/fast_sweeping", "blocks", {"spheres_and_box_64", "spheres_and_box_128", "spheres_and_box_256"}},
+};
+constexpr std::size_t quick_scenes = 2;
+
+}  // namespace
+
+void problem_sizes(const FigureOptions& options, const Model& model, RowsOf& rows) {
+  for (const Growing& growing : all)
+    for (std::size_t k = 0; k < (options.quick ? quick_scenes : growing.scenes.size()); ++k) {
+      Options named;
+      named.kernels = {growing.kernel}, named.form = growing.form, named.scene = growing.scenes[k];
+      const Selected selected = select(named, Purpose::bench).at(0);
+      std::optional<Case> run;  // made for the first row that is modelled
+      for (const int cores : {1, 64})
+        rows.add({{"kernel", growing.kernel}, {"form", growing.form}, {"scene", named.scene}, {"cores", cores}}, [&] {
+          progress("problem sizes: " + selected.kernel.name + ", " + named.scene);
+          if (!run) run = selected.kernel.make(selected.scene_path);
+          const Repeatable what = {run->reset, run->openmp, run->work.bytes, run->work.data};
+          Replayed least = {.total = std::numeric_limits<double>::infinity()};
+          for (int repeat = 0; repeat < (options.quick ? 1 : 15); ++repeat)
+            record_once(what, cores, {&model, 1}, {&least, 1});
+          Rows row = {{"items", run->work.items}, {"unit", run->work.unit}};
+          row.update(fields_of(least, what, cores, model));
+          return row;
+        });
+    }
+}
+
+}  // namespace lockstep::verify
