@@ -100,8 +100,8 @@ test: $(BUILD)/unit_tests build/lockstep  ## unit, property and fault tests
 bench: build/lockstep  ## time every kernel (KERNEL= FORM= SCENE= THREADS=all SHARD=1/2 QUICK=1: rough, RESUME=1: go on); build/bench.json
 	build/lockstep bench $(selection) $(quick) $(resume) $(shard) --json build/bench$(of_shard).json
 
-tables:  ## write the times of the last whole make bench into notes/times.md
-	$(PYTHON) -B notes/tables.py build/bench.json notes/times.md
+tables:  ## write the times of the last whole make bench into the notes
+	$(PYTHON) -B notes/tables.py build/bench.json notes
 
 figures: build/lockstep  ## redraw the papers' figures into build/figures/ (QUICK=1: rough, THREADS=all, RESUME=1: go on, FIGURE=scalability: one, SHARD=1/2: measure a share, draw nothing)
 	$(PYTHON) notes/figures/measure.py build/lockstep $(drawn) $(if $(FIGURE),--figure '$(FIGURE)') \

@@ -1,16 +1,25 @@
-"""Writes the tables of notes/times.md from a report of `make bench`: tables.py REPORT PAGE
+"""Writes the tables of the notes from a report of `make bench`: tables.py REPORT FOLDER
 
-The report must be of all kernels, of one sitting and of full effort. What stands in PAGE before the mark stays.
+The report must be of all kernels, of one sitting and of full effort. FOLDER/times.md gets all rows behind its mark.
+Other pages get rows between lines such as
+
+    <!-- make tables: rigid/gjk rigid/step:pyramid_24 -->
+    <!-- end of make tables -->
+
+of the kernels that are named, or of one of their scenes, both as patterns.
 """
 
+import fnmatch
 import json
 import pathlib
+import re
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent / "figures"))
 from page import number  # noqa: E402, from that folder
 
 MARK = "<!-- written by make tables: what follows is from one report -->"
+BLOCK = re.compile(r"(<!-- make tables: ([^\n]*) -->\n).*?(<!-- end of make tables -->)", re.DOTALL)
 TOLD_SPREAD = 0.1  # of the median: smaller spreads are left out
 
 
@@ -54,24 +63,54 @@ def table(rows, threads):
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
+def thread_counts(report):
+    return sorted({row["threads"] for row in report["rows"] if row["variant"] == "openmp"})
+
+
+def sitting(report):
+    machine = report["machine"]
+    return (
+        f"{machine['cpu']}, {machine['cores']} cores, {machine['isa']}, {machine['compiler']}; {machine['date']},"
+        f" commit {machine['commit']}, `{report['command']}`."
+    )
+
+
 def tables(report):
     machine, rows = report["machine"], report["rows"]
-    threads = sorted({row["threads"] for row in rows if row["variant"] == "openmp"})
     peaks = "; ".join(
         f"{number(p['triad_gb_per_s'])} GB/s and {number(p['fma_gflop_per_s'])} GFLOP/s on {p['threads']}"
         for p in machine["peaks"]
     )
     text = [
-        f"{machine['cpu']}, {machine['cores']} cores, {machine['isa']}, {machine['compiler']}; {machine['date']},"
-        f" commit {machine['commit']}, `{report['command']}`.",
+        sitting(report),
         f"Peaks by number of threads: {peaks}.",
         f"Other programs used {machine['busy_cores']:.2f} cores before it began.",
     ]
     parts = ["\n".join(text)]
     for domain in dict.fromkeys(row["kernel"].split("/")[0] for row in rows):
         of_domain = [row for row in rows if row["kernel"].split("/")[0] == domain]
-        parts.append(f"## {domain}\n\n{table(of_domain, threads)}")
+        parts.append(f"## {domain}\n\n{table(of_domain, thread_counts(report))}")
     return "\n\n".join(parts) + "\n"
+
+
+def is_named(row, names):
+    for name in names:
+        kernel, _, scene = name.partition(":")
+        if fnmatch.fnmatch(row["kernel"], kernel) and fnmatch.fnmatch(row["scene"], scene or "*"):
+            return True
+    return False
+
+
+def with_blocks(text, report, page):
+    """The text of a page with the rows that its blocks name."""
+
+    def block(found):
+        rows = [row for row in report["rows"] if is_named(row, found[2].split())]
+        if not rows:
+            raise Refused(f"{page}: the report has no rows of {found[2]}")
+        return f"{found[1]}{sitting(report)}\n\n{table(rows, thread_counts(report))}\n\n{found[3]}"
+
+    return BLOCK.sub(block, text)
 
 
 def read(path):
@@ -90,13 +129,20 @@ def read(path):
     return report
 
 
-def main(report_path, page_path):
-    text = page_path.read_text("utf-8")
-    if MARK not in text:
-        raise Refused(f"{page_path}: lacks the line {MARK}")
+def main(report_path, folder):
+    times = folder / "times.md"
+    head, mark, _ = times.read_text("utf-8").partition(MARK)
+    if not mark:
+        raise Refused(f"{times}: lacks the line {MARK}")
     report = read(report_path)
-    page_path.write_text(text.split(MARK)[0] + MARK + "\n\n" + tables(report), "utf-8")
-    print(f"{page_path}: {len(report['rows'])} rows")
+    written = {times: head + MARK + "\n\n" + tables(report)}
+    for page in folder.glob("*.md"):
+        text = page.read_text("utf-8")
+        if page != times and BLOCK.search(text):
+            written[page] = with_blocks(text, report, page)
+    for page, text in written.items():
+        page.write_text(text, "utf-8")
+    print(f"{len(report['rows'])} rows: {', '.join(str(page) for page in sorted(written))}")
 
 
 if __name__ == "__main__":

@@ -44,12 +44,13 @@ class Tables(unittest.TestCase):
     def setUp(self):
         kept = tempfile.TemporaryDirectory()
         self.addCleanup(kept.cleanup)
-        self.report, self.page = pathlib.Path(kept.name) / "bench.json", pathlib.Path(kept.name) / "times.md"
+        self.folder = pathlib.Path(kept.name)
+        self.report, self.page = self.folder / "bench.json", self.folder / "times.md"
         self.page.write_text(f"# Times\n\n{tables.MARK}\n\nof before\n")
 
     def written(self, report=REPORT):
         self.report.write_text(json.dumps(report))
-        tables.main(self.report, self.page)
+        tables.main(self.report, self.folder)
         return self.page.read_text()
 
     def test_a_line_has_the_times_of_a_scene_and_their_ratios(self):
@@ -63,6 +64,27 @@ class Tables(unittest.TestCase):
         self.assertNotIn("of before", text)
         self.assertLess(text.index("## cloth"), text.index("## rigid"))
         self.assertEqual(self.written(), text)
+
+    def test_other_pages_get_the_rows_that_they_name(self):
+        page = self.folder / "cloth.md"
+        page.write_text("Before.\n<!-- make tables: */spheres -->\nold\n<!-- end of make tables -->\nAfter.\n")
+        self.written()
+        text = page.read_text()
+        self.assertTrue(text.startswith("Before.\n<!-- make tables: */spheres -->\na cpu, 2 cores"))
+        self.assertTrue(text.endswith(" |\n\n<!-- end of make tables -->\nAfter.\n"))
+        self.assertIn("| spheres | rounds |", text)
+        self.assertNotIn("relax", text)
+        self.assertNotIn("old", text)
+
+    def test_a_scene_can_be_named_and_must_be_there(self):
+        page = self.folder / "rigid.md"
+        block = "<!-- make tables: {} -->\n<!-- end of make tables -->\n"
+        page.write_text(block.format("rigid/spheres:rounds cloth/relax:none"))
+        self.written()
+        self.assertNotIn("relax col", page.read_text())
+        page.write_text(block.format("rigid/spheres:nowhere"))
+        with self.assertRaisesRegex(tables.Refused, "rigid.md: the report has no rows of rigid/spheres:nowhere"):
+            self.written()
 
     def test_it_names_the_machine_and_the_sitting(self):
         self.assertIn("a cpu, 2 cores, avx2, g++ 12; 2026-01-31, commit abc1234, `bench`.", self.written())
@@ -79,7 +101,7 @@ class Tables(unittest.TestCase):
                 self.written(copy.deepcopy(REPORT) | {name: value})
         self.report.unlink()
         with self.assertRaisesRegex(tables.Refused, "make bench comes first"):
-            tables.main(self.report, self.page)
+            tables.main(self.report, self.folder)
 
     def test_the_page_has_tables(self):
         text = (ROOT / "notes" / "times.md").read_text("utf-8")
