@@ -20,6 +20,7 @@ import time
 SCENES = [
     "dam_break_100k",
     "flag_256",
+    "flags_64",
     "garment",
     "spheres_and_box_256",
     "spheres_and_box_256_full",

@@ -1,8 +1,8 @@
 // One step of each of several cloths.
 //
 // A thread takes a cloth whole, and the next one when it is done, so that large and small ones may stand in any order.
-// In it, the parallel regions of a step have one thread, and its barriers cost nothing. So this pays from twice as many
-// cloths as threads on; fewer and larger ones are for the step of one cloth.
+// In it, the parallel regions of a step have one thread, and its barriers cost nothing. Fewer cloths than threads leave
+// threads idle.
 //
 // The contract stands in common/cloth/cloths.h.
 #include "common/cloth/cloths.h"
