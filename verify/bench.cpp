@@ -71,7 +71,7 @@ Measured measure(const Kernel& kernel, const std::string& scene_path, const std:
       run.reset();
       double turns_before, turns_after, seconds;
       hold_team(variant.threads, [&] {
-        // A team that has shared its cores sleeps at barriers for a spell, which a sample would show. It waits that out.
+        // A team that has shared its cores sleeps at barriers for a spell. A sample would show that, so it waits.
         const double shared = std::min(cores_shared_for(), patience);
         std::this_thread::sleep_for(std::chrono::duration<double>(shared));
         patience -= shared;
