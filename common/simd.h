@@ -42,6 +42,10 @@ void store(float* p, floatv v);  // p[l] = v
 void store(std::int32_t* p, intv v);
 void store(float* p, floatv v, maskv mask);  // if (mask) p[l] = v
 void store(std::int32_t* p, intv v, maskv mask);
+// A store of what is not read soon: past the caches, where the processor can, so that the line is not fetched first.
+// p is 64-byte aligned. Other threads may read it after the writer has called finish_streams, and a barrier.
+void stream(float* p, floatv v);
+void finish_streams();
 floatv gather(const float* base, intv index);  // base[index]
 intv gather(const std::int32_t* base, intv index);
 floatv gather(const float* base, intv index, maskv mask);  // mask ? base[index] : 0

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/levelset/field.h"
@@ -48,18 +49,17 @@ struct PointBits {
   std::vector<std::uint64_t> words = std::vector<std::uint64_t>(nz * plane, 0);
 };
 
+// The interface points of plane z: they are in the order of the field, so they stand together.
+inline std::span<const Point> points_of_plane(const std::vector<Point>& interface, int z) {
+  const auto begin = std::ranges::lower_bound(interface, z, {}, &Point::z);
+  return {begin, std::ranges::upper_bound(begin, interface.end(), z, {}, &Point::z)};
+}
+
 // Marks what is within `steps` along x of the interface points of plane z.
-template <class Real>
-void mark_along_x(const Distances<Real>& distances, int steps, int z, PointBits& bits) {
-  // Interface points are in the order of the field, so those of a plane stand together.
-  const auto first_of = [&](int z) {
-    const auto before = [](const Point& p, int z) { return p.z < z; };
-    return std::lower_bound(distances.interface.begin(), distances.interface.end(), z, before);
-  };
-  const auto end_of_plane = first_of(z + 1);
-  for (auto point = first_of(z); point != end_of_plane; ++point) {
-    std::uint64_t* const line = &bits.words[z * bits.plane + point->y * bits.line];
-    for (int i = std::max(point->x - steps, 0), end = std::min(point->x + steps + 1, bits.nx); i < end;) {
+inline void mark_along_x(const std::vector<Point>& interface, int steps, int z, PointBits& bits) {
+  for (const Point& point : points_of_plane(interface, z)) {
+    std::uint64_t* const line = &bits.words[z * bits.plane + point.y * bits.line];
+    for (int i = std::max(point.x - steps, 0), end = std::min(point.x + steps + 1, bits.nx); i < end;) {
       const int next = std::min((i / 64 + 1) * 64, end);
       line[i / 64] |= (~std::uint64_t(0) >> (64 - (next - i))) << i % 64;
       i = next;
@@ -143,7 +143,7 @@ Reach make_reach(const Distances<Real>& distances, Real band, const ForEach& for
   if (steps == most) return whole_grid(d.nx, d.ny * d.nz);
 
   PointBits marked{d.nx, d.ny, d.nz}, spread{d.nx, d.ny, d.nz};
-  for_each(d.nz, [&](int z) { mark_along_x(distances, steps, z, marked); });
+  for_each(d.nz, [&](int z) { mark_along_x(distances.interface, steps, z, marked); });
   for_each(d.nz, [&](int z) { spread_along_y(marked, steps, z, spread); });
   // What is marked along x is within reach, so it may stay where the rest is added.
   for_each(d.nz, [&](int z) { spread_along_z(spread, steps, z, marked); });

@@ -62,6 +62,11 @@ LOCKSTEP_INLINE void store(std::int32_t* p, intv v, maskv mask) {
   _mm256_maskstore_epi32(p, mask.lo, v.lo);
   _mm256_maskstore_epi32(p + 8, mask.hi, v.hi);
 }
+LOCKSTEP_INLINE void stream(float* p, floatv v) {
+  _mm256_stream_ps(p, v.lo);
+  _mm256_stream_ps(p + 8, v.hi);
+}
+LOCKSTEP_INLINE void finish_streams() { _mm_sfence(); }
 
 struct Records {
   floatv field[8];

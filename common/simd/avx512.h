@@ -42,6 +42,8 @@ LOCKSTEP_INLINE void store(float* p, floatv v) { _mm512_storeu_ps(p, v.v); }
 LOCKSTEP_INLINE void store(std::int32_t* p, intv v) { _mm512_storeu_si512(p, v.v); }
 LOCKSTEP_INLINE void store(float* p, floatv v, maskv mask) { _mm512_mask_storeu_ps(p, mask.m, v.v); }
 LOCKSTEP_INLINE void store(std::int32_t* p, intv v, maskv mask) { _mm512_mask_storeu_epi32(p, mask.m, v.v); }
+LOCKSTEP_INLINE void stream(float* p, floatv v) { _mm512_stream_ps(p, v.v); }
+LOCKSTEP_INLINE void finish_streams() { _mm_sfence(); }
 
 struct Records {
   floatv field[8];

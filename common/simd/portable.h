@@ -84,6 +84,8 @@ LOCKSTEP_INLINE void store(std::int32_t* p, intv v, maskv mask) {
   for (int l = 0; l < lanes; ++l)
     if (mask.lane[l]) p[l] = v.lane[l];
 }
+LOCKSTEP_INLINE void stream(float* p, floatv v) { store(p, v); }
+LOCKSTEP_INLINE void finish_streams() {}
 
 struct Records {
   floatv field[8];

@@ -178,18 +178,26 @@ int fast_sweeping_sweeps(Distances<Real>& distances, Real band, int rounds) {
     failure.guard([&] { mirrored.emplace(distances, reach, true); });
   }
   failure.rethrow();
-  const LargePages memory(std::max(straight->size(), mirrored->size()));
-  for (int round = 1; round <= rounds; ++round) {
+  const LargePages memory(share(*straight, *mirrored));
+  std::vector<float> lines(omp_get_max_threads() * straight->lines_to_take(), far<float>);
+  for (Skewed* d : {&*straight, &*mirrored}) d->place(memory.floats(), distances.interface);
+  straight->begin(distances);
+
+  const auto sweep_four_times = [&](const Skewed& d) {
     bool changed = false;
-    for (Skewed* d : {&*straight, &*mirrored}) {
-      d->read(distances.distance, memory.floats());
-      for (const int z : {1, -1}) changed |= sweep<1>(*d, distances.distance.spacing, band, z);
-      for (const int z : {1, -1}) changed |= sweep<-1>(*d, distances.distance.spacing, band, z);
-      d->write(distances.distance);
-    }
-    if (!changed) return round;
+    for (const int z : {1, -1}) changed |= sweep<1>(d, distances.distance.spacing, band, z);
+    for (const int z : {1, -1}) changed |= sweep<-1>(d, distances.distance.spacing, band, z);
+    return changed;
+  };
+  int round = 0;
+  for (bool changed = true; changed && round < rounds; ++round) {
+    if (round > 0) straight->take(*mirrored, lines.data());
+    changed = sweep_four_times(*straight);
+    mirrored->take(*straight, lines.data());
+    changed |= sweep_four_times(*mirrored);
   }
-  return rounds;
+  mirrored->write(distances.distance);
+  return round;
 }
 
 int fast_sweeping_blocks(Distances<Real>& distances, Real band, int rounds, int size) {

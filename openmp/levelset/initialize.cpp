@@ -25,34 +25,49 @@ using namespace lockstep::openmp;
 using Number = floatv;
 using Mask = maskv;
 
-// What is read and written for the first time is prefetched so many lines before its turn: lines are too short for the
-// processor to foresee them, and half of the time went into waiting for phi of the next slab.
+// phi is prefetched so many lines before its turn: lines are too short for the processor to foresee them, and half of
+// the time went into waiting for phi of the next slab.
 constexpr int ahead = 4;
 
-// One line along x.
+// Whether each of sixteen points has the sign of its neighbours, before and after it along each axis: most have.
+LOCKSTEP_INLINE bool have_one_sign(Number here, const Vector3<Number>& low, const Vector3<Number>& high) {
+  const Number least = min(here, min(min(min(low.x, high.x), min(low.y, high.y)), min(low.z, high.z))),
+               most = max(here, max(max(max(low.x, high.x), max(low.y, high.y)), max(low.z, high.z)));
+  return none((least <= 0.f) & (most >= 0.f));
+}
+
+// One line along x, with its padding. Distances are streamed past the caches: the line is not fetched before it is
+// written, and phi of the slabs beside stays where it is.
 void initialize_line(const Field<Real>& phi, int y, int z, Field<Real>& d, std::vector<Point>& interface) {
   // Beyond the grid phi is what it is here: no crossing.
   const auto line = [&](int y, int z) { return &phi(0, std::clamp(y, 0, phi.ny - 1), std::clamp(z, 0, phi.nz - 1)); };
   const Real *const middle = line(y, z), *const below = line(y - 1, z), *const above = line(y + 1, z),
                     *const behind = line(y, z - 1), *const in_front = line(y, z + 1),
                     *const to_come = line(y + ahead, z + 1);
-  for (int x = 0; x < phi.nx; x += lanes) {
-    const intv lane_x = lane_index() + x;
-    const Number here = load(middle + x);
-    const Number before = select(lane_x > 0, load(middle + x - 1), here),
-                 after = select(lane_x < phi.nx - 1, load(middle + x + 1), here);
-    const Vector3<Number> beyond = {other_side(here, before, after),  //
-                                    other_side(here, load(below + x), load(above + x)),
-                                    other_side(here, load(behind + x), load(in_front + x))};
+  Real* const distance = &d(0, y, z);
+  for (int x = -d.padding; x < 0; x += lanes) stream(distance + x, Number(far<Real>));
+  int x = 0;
+  for (; x < phi.nx; x += lanes) {
+    const bool first = x == 0, last = x + lanes >= phi.nx;
+    const Number here = load(middle + x), next = load(middle + x + 1);
+    const Number before = first ? shift_up(here, middle[0]) : load(middle + x - 1),
+                 after = last ? select(lane_index() + x < phi.nx - 1, next, here) : next;
+    const Vector3<Number> low = {before, load(below + x), load(behind + x)},
+                          high = {after, load(above + x), load(in_front + x)};
     __builtin_prefetch(to_come + x);
-    __builtin_prefetch(&d(x, y, z) + ahead * d.pitch, 1);
-    const Mask beside = (lane_x < phi.nx) & beside_interface(here, beyond);
-    if (none(beside)) continue;
-
-    store(&d(x, y, z), distance_from_crossings(here, beyond, Number(phi.spacing)), beside);
+    if (have_one_sign(here, low, high)) {
+      stream(distance + x, Number(far<Real>));
+      continue;
+    }
+    const Vector3<Number> beyond = {other_side(here, low.x, high.x), other_side(here, low.y, high.y),
+                                    other_side(here, low.z, high.z)};
+    const Mask beside = beside_interface(here, beyond) & first_lanes(phi.nx - x);
+    const Number crossing = distance_from_crossings(here, beyond, Number(phi.spacing));
+    stream(distance + x, select(beside, crossing, Number(far<Real>)));
     for (std::uint32_t set = bits(beside); set != 0; set &= set - 1)
       interface.push_back({x + std::countr_zero(set), y, z});
   }
+  for (; x < d.pitch - d.padding; x += lanes) stream(distance + x, Number(far<Real>));
 }
 
 }  // namespace
@@ -64,27 +79,28 @@ void initialize(const Field<Real>& phi, Distances<Real>& distances) {
   std::fill(d.value.begin() + (d.index(0, 0, d.nz) - d.padding), d.value.end(),
             far<Real>);  // what is after the last line
 
+  // The first thread lists its points in the memory of the list that was there: new pages cost a fault each.
   std::vector<std::vector<Point>> found(omp_get_max_threads());
+  distances.interface.clear();
+  found[0].swap(distances.interface);
   Failure failure;
 #pragma omp parallel
   {
-    std::vector<Point> mine;
+    std::vector<Point> mine = std::move(found[omp_get_thread_num()]);
     // Slabs of a thread are side by side, and threads in order. A thread writes all lines of its own slabs, padding as
     // well, and no others.
 #pragma omp for schedule(static)
     for (int z = 0; z < phi.nz; ++z)
       failure.guard([&] {
-        for (int y = 0; y < phi.ny; ++y) {
-          std::fill_n(&d(0, y, z) - d.padding, d.pitch, far<Real>);
-          initialize_line(phi, y, z, d, mine);
-        }
+        for (int y = 0; y < phi.ny; ++y) initialize_line(phi, y, z, d, mine);
       });
+    finish_streams();
     found[omp_get_thread_num()] = std::move(mine);
   }
   failure.rethrow();
-  distances.interface.clear();
-  for (const std::vector<Point>& part : found)
-    distances.interface.insert(distances.interface.end(), part.begin(), part.end());
+  distances.interface.swap(found[0]);
+  for (std::size_t thread = 1; thread < found.size(); ++thread)
+    distances.interface.insert(distances.interface.end(), found[thread].begin(), found[thread].end());
 }
 
 }  // namespace lockstep::levelset::openmp

@@ -8,8 +8,9 @@
 // or down: a sweep loads no lane twice.
 //
 // Sixteen lines are a tile; the first and last lane find their outer neighbours in the tiles beside. A sweep the other
-// way along both x and y goes through the same vectors backwards. For sweeps along x and against y, the field is
-// mirrored in y first.
+// way along both x and y goes through the same vectors backwards. Sweeps along x and against y go through another
+// layout, mirrored in y. Its tiles are of the same lines, so the two layouts share their memory, and one becomes the
+// other tile by tile.
 //
 // In a narrow band only the vectors that a sweep visits or reads are stored.
 //
@@ -56,29 +57,38 @@ class Skewed {
   float* vector(int tile, int z, int t) const { return values_ + offset(tile, z, t) * lanes; }
   const std::uint16_t* fixed(int tile, int z, int t) const { return fixed_.data() + offset(tile, z, t); }
 
-  std::size_t size() const { return fixed_.size() * lanes; }  // floats to store all vectors
-  void read(const Field<float>& field, float* values);        // into the caller's `values`, aligned for lanes
-  void write(Field<float>& field) const;                      // what a sweep visits, back to the field
+  // Finds room for two layouts of one field in the same memory. They take so many floats, aligned for lanes.
+  friend std::size_t share(Skewed& a, Skewed& b);
+  void place(float* values, const std::vector<Point>& interface);  // `values` are the caller's
+  // Interface points get their distances, all else is `far`.
+  void begin(const Distances<float>& distances);
+  // Takes over from the other layout. `lines` has lines_to_take floats for each thread, all `far`, and leaves them so.
+  void take(const Skewed& other, float* lines);
+  std::size_t lines_to_take() const { return static_cast<std::size_t>(lanes) * line_to_take(); }
+  void write(Field<float>& field) const;  // what a sweep visits, back to the field
 
  private:
   // Lines are the tiles of all planes, with one tile more on either side and one plane more on either side.
-  int line(int tile, int z) const { return (z + 1) * (tiles_ + 2) + (tile + 1); }
+  int lines() const { return (nz_ + 2) * (tiles_ + 2); }
+  int line(int tile, int z) const { return (z + 1) * (tiles_ + 2) + (mirrored_ ? tiles_ - tile : tile + 1); }
   std::ptrdiff_t offset(int tile, int z, int t) const { return start_[line(tile, z)] + t; }
-  // The field's line that lane l of a tile is, or -1 where there is none.
-  int y_of(int tile, int z, int l) const {
-    const int y = tile * lanes + l;
-    if (tile < 0 || y >= ny_ || z < 0 || z >= nz_) return -1;
-    return mirrored_ ? ny_ - 1 - y : y;
+  // Which of all tiles' lanes line y of the field is, and the other way round.
+  int mirror(int y) const { return mirrored_ ? tiles_ * lanes - 1 - y : y; }
+  bool is_there(int tile, int l) const {
+    const int y = mirror(tile * lanes + l);
+    return y >= 0 && y < ny_;
   }
 
   void find_visited(const Reach& reach);
-  std::ptrdiff_t find_stored();
-  void find_fixed(const std::vector<Point>& interface);
+  void find_stored();
+  void find_fixed(const std::vector<Point>& interface, int z);
+  int line_to_take() const { return nx_ + lanes + 3 * Field<float>::padding; }  // floats
 
   int nx_, ny_, nz_, tiles_;
   bool mirrored_;
   Reach visited_, stored_;             // by tile: vectors that a sweep visits; by line: those that it visits or reads
   std::vector<std::ptrdiff_t> start_;  // [line]: where its vector 0 is, or would be
+  std::vector<std::ptrdiff_t> room_;   // [line]: where its room begins; and where that of the last one ends
   std::vector<std::uint16_t> fixed_;   // [vector]: a bit a lane
   std::size_t most_runs_;
   float* values_ = nullptr;
@@ -121,8 +131,7 @@ inline Skewed::Skewed(const Distances<float>& distances, const Reach& reach, boo
       tiles_((ny_ + lanes - 1) / lanes),
       mirrored_(mirrored) {
   find_visited(reach);
-  fixed_.assign(find_stored(), 0);
-  find_fixed(distances.interface);
+  find_stored();
 }
 
 // Lane l visits point x at time x + l.
@@ -132,9 +141,11 @@ inline void Skewed::find_visited(const Reach& reach) {
   for (int z = 0; z < nz_; ++z)
     for (int tile = 0; tile < tiles_; ++tile) {
       for (int l = 0; l < lanes; ++l)
-        if (const int y = y_of(tile, z, l); y >= 0)
-          for (int e = reach.begin[z * ny_ + y]; e < reach.begin[z * ny_ + y + 1]; ++e)
+        if (is_there(tile, l)) {
+          const int line = z * ny_ + mirror(tile * lanes + l);
+          for (int e = reach.begin[line]; e < reach.begin[line + 1]; ++e)
             marks.mark(reach.extents[e].begin + l, reach.extents[e].end + l);
+        }
       marks.close_line(visited_);
       most = std::max(most, visited_.extents.size() - visited_.begin.back());
     }
@@ -142,71 +153,107 @@ inline void Skewed::find_visited(const Reach& reach) {
   most_runs_ = most * std::min(tiles_, nz_);
 }
 
-// Returns how many vectors are stored.
-inline std::ptrdiff_t Skewed::find_stored() {
+inline void Skewed::find_stored() {
   Marks marks(nx_);
   const auto mark_runs_of = [&](int tile, int z, int before, int after) {
     if (tile >= 0 && tile < tiles_ && z >= 0 && z < nz_)
       for (const auto& [begin, end] : runs(tile, z)) marks.mark(begin + before, end + after);
   };
-  std::ptrdiff_t vectors = 0;
   for (int z = -1; z <= nz_; ++z)
-    for (int tile = -1; tile <= tiles_; ++tile) {
+    for (int i = -1; i <= tiles_; ++i) {
+      const int tile = mirrored_ ? tiles_ - 1 - i : i;
       constexpr int aside = lanes - 1;
       mark_runs_of(tile, z, -1, 1), mark_runs_of(tile + 1, z, aside, aside), mark_runs_of(tile - 1, z, -aside, -aside);
       mark_runs_of(tile, z - 1, 0, 0), mark_runs_of(tile, z + 1, 0, 0);
-      const std::size_t first = stored_.extents.size();
       marks.close_line(stored_);
-      // `read` and `write` take sixteen vectors at a time, up to fifteen beyond a line's last: room for them, too.
-      const bool any = stored_.extents.size() > first;
-      start_.push_back(any ? vectors - stored_.extents[first].begin : vectors);
-      if (any) vectors += stored_.extents.back().end - stored_.extents[first].begin + lanes;
     }
   stored_.begin.push_back(static_cast<int>(stored_.extents.size()));
-  return vectors;
 }
 
-inline void Skewed::find_fixed(const std::vector<Point>& interface) {
-  for (int z = 0; z < nz_; ++z)
-    for (int tile = 0; tile < tiles_; ++tile)
-      for (const auto& [begin, end] : runs(tile, z))
-        for (int t = begin; t < end; ++t) {
-          const intv x = intv(t) - lane_index();
-          const maskv there = (x >= 0) & (x < nx_) & first_lanes(ny_ - tile * lanes);
-          fixed_[offset(tile, z, t)] = static_cast<std::uint16_t>(~bits(there));
-        }
-  for (const auto& [x, plain_y, z] : interface) {
-    const int y = mirrored_ ? ny_ - 1 - plain_y : plain_y, l = y % lanes;
-    fixed_[offset(y / lanes, z, x + l)] |= static_cast<std::uint16_t>(1 << l);
+inline std::size_t share(Skewed& a, Skewed& b) {
+  std::ptrdiff_t vectors = 0;
+  for (int line = 0; line < a.lines(); ++line) {
+    std::ptrdiff_t room = 0;
+    for (Skewed* d : {&a, &b}) {
+      d->room_.push_back(vectors);
+      const Extent *const first = &d->stored_.extents[d->stored_.begin[line]],
+                          *const end = &d->stored_.extents[d->stored_.begin[line + 1]];
+      d->start_.push_back(first < end ? vectors - first->begin : vectors);
+      // Sixteen vectors are taken at a time, up to fifteen beyond a line's last.
+      if (first < end) room = std::max(room, std::ptrdiff_t(end[-1].end - first->begin + lanes));
+    }
+    vectors += room;
+  }
+  for (Skewed* d : {&a, &b}) {
+    d->room_.push_back(vectors);
+    d->fixed_.resize(vectors);
+  }
+  return vectors * lanes;
+}
+
+inline void Skewed::find_fixed(const std::vector<Point>& interface, int z) {
+  for (int tile = 0; tile < tiles_; ++tile) {
+    unsigned lines = 0;
+    for (int l = 0; l < lanes; ++l) lines |= unsigned(is_there(tile, l)) << l;
+    for (const auto& [begin, end] : runs(tile, z))
+      for (int t = begin; t < end; ++t) {
+        const intv x = intv(t) - lane_index();
+        const maskv there = (x >= 0) & (x < nx_) & lanes_of(lines);
+        fixed_[offset(tile, z, t)] = static_cast<std::uint16_t>(~bits(there));
+      }
+  }
+  for (const auto& [x, y, _] : points_of_plane(interface, z)) {
+    const int l = mirror(y) % lanes;
+    fixed_[offset(mirror(y) / lanes, z, x + l)] |= static_cast<std::uint16_t>(1 << l);
   }
 }
 
-// Lane l of vectors t .. t + 15 is sixteen points of its line from x = t - l on: sixteen loads, and a transpose. The
-// same points of the next tile are prefetched: a band goes on there, and the processor does not foresee sixteen short
-// lines.
-inline void Skewed::read(const Field<float>& field, float* values) {
+inline void Skewed::place(float* values, const std::vector<Point>& interface) {
   values_ = values;
-  const std::ptrdiff_t next_tile = (mirrored_ ? -lanes : lanes) * field.pitch;
-  // An iteration writes the vectors of its own tile, and the field is only read.
+  // An iteration writes what is fixed in its own plane.
+#pragma omp parallel for schedule(static)
+  for (int z = 0; z < nz_; ++z) find_fixed(interface, z);
+}
+
+inline void Skewed::begin(const Distances<float>& distances) {
+  // An iteration writes the vectors of its own plane.
+#pragma omp parallel for schedule(static)
+  for (int z = -1; z <= nz_; ++z) {
+    const auto plane = room_.begin() + (z + 1) * (tiles_ + 2);
+    std::fill(values_ + plane[0] * lanes, values_ + plane[tiles_ + 2] * lanes, far<float>);
+    for (const auto& [x, y, _] : points_of_plane(distances.interface, z)) {
+      const int l = mirror(y) % lanes;
+      vector(mirror(y) / lanes, z, x + l)[l] = distances.distance(x, y, z);
+    }
+  }
+}
+
+// Lane l of vectors t .. t + 15 is sixteen points of its line from x = t - l on: sixteen loads, and a transpose.
+inline void Skewed::take(const Skewed& other, float* lines) {
+  const std::ptrdiff_t line_floats = line_to_take();
+  // An iteration reads and writes the memory of its own tile, by way of its thread's lines.
 #pragma omp parallel for collapse(2) schedule(dynamic, 16)
-  for (int z = -1; z <= nz_; ++z)
-    for (int tile = -1; tile <= tiles_; ++tile) {
+  for (int z = 0; z < nz_; ++z)
+    for (int tile = 0; tile < tiles_; ++tile) {
+      float* const mine = lines + omp_get_thread_num() * lines_to_take() + Field<float>::padding;
+      const auto line_of = [&](int l) { return mine + l * line_floats; };
+      const int of_other = tiles_ - 1 - tile;
+      for (const auto& [begin, end] : other.runs(of_other, z))
+        for (int t = begin; t < end; t += lanes) {
+          floatv square[lanes];
+          for (int i = 0; i < lanes; ++i) square[i] = load(other.vector(of_other, z, t + i));
+          transpose(square);
+          for (int l = 0; l < lanes; ++l) store(line_of(lanes - 1 - l) + t - l, square[l], first_lanes(end - t));
+        }
       for (int e = stored_.begin[line(tile, z)]; e < stored_.begin[line(tile, z) + 1]; ++e)
         for (int t = stored_.extents[e].begin; t < stored_.extents[e].end; t += lanes) {
           floatv square[lanes];
-          for (int l = 0; l < lanes; ++l) {
-            const int y = y_of(tile, z, l);
-            if (y < 0) {
-              square[l] = far<float>;
-              continue;
-            }
-            const float* const at = &field.value[field.index(t - l, y, z)];
-            square[l] = load(at);
-            __builtin_prefetch(at + next_tile);
-          }
+          for (int l = 0; l < lanes; ++l) square[l] = load(line_of(l) + t - l);
           transpose(square);
           for (int i = 0; i < lanes; ++i) store(vector(tile, z, t + i), square[i]);
         }
+      for (const auto& [begin, end] : other.runs(of_other, z))
+        for (int l = 0; l < lanes; ++l) std::fill_n(line_of(lanes - 1 - l) + begin - l, end - begin, far<float>);
     }
 }
 
@@ -222,8 +269,8 @@ inline void Skewed::write(Field<float>& field) const {
           transpose(square);
           const maskv in_run = first_lanes(end - t);
           for (int l = 0; l < lanes; ++l)
-            if (const int y = y_of(tile, z, l); y >= 0)
-              store(&field.value[field.index(t - l, y, z)], square[l], in_run);
+            if (is_there(tile, l))
+              store(&field.value[field.index(t - l, mirror(tile * lanes + l), z)], square[l], in_run);
         }
 }
 
