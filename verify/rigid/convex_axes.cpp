@@ -1,4 +1,7 @@
 // The rows and benchmarks of the axes of convex pairs: bitwise with the serial twin.
+#include <cmath>
+#include <vector>
+
 #include "verify/rigid/narrow_inputs.h"
 
 namespace lockstep::verify::rigid_convex_axes {
@@ -9,6 +12,19 @@ using namespace rigid_inputs;
 
 using Axes = PerPair<SeparatingAxis<float>>;
 
+// How full the lanes are when it goes through the faces and the vertices of both cores of a pair that is near. Edges
+// that pruning leaves are not counted.
+double lane_use(const Placed<float>& placed, std::span<const Pair> pairs, std::span<const SeparatingAxis<float>> axes) {
+  std::vector<double> runs;
+  for (std::size_t k = 0; k < pairs.size(); ++k)
+    if (std::isfinite(axes[k].separation))
+      for (const int collider : {pairs[k].a, pairs[k].b}) {
+        const int hull = placed.colliders.hull[collider];
+        runs.push_back(placed.hulls.faces(hull)), runs.push_back(placed.hulls.vertices(hull));
+      }
+  return lanes_in_use(runs);
+}
+
 Case convex_axes_case(const std::string& path) {
   const auto in = inputs(path);
   const SharedPairs pairs = convex_pairs(*in);
@@ -18,6 +34,8 @@ Case convex_axes_case(const std::string& path) {
       convex_axes(in->placed(), *pairs, known->simplex, known->closest.span(), in->margin(), axes.span());
     };
   };
+  Axes there{pairs->size(), Array<SeparatingAxis<float>>(padded(pairs->size()))};
+  with(serial::convex_axes)(there);
   const double n = static_cast<double>(pairs->size());
   return make_case<Axes>({
       .start = poisoned<SeparatingAxis<float>>(pairs->size()),
@@ -25,7 +43,8 @@ Case convex_axes_case(const std::string& path) {
       .best_serial = nullptr,
       .openmp = with(openmp::convex_axes),
       .compare = nullptr,
-      .work = {n, "pairs", n * (2 * bytes_of_pose + sizeof(SeparatingAxis<float>)), n * 1500},
+      .work = {n, "pairs", n * (2 * bytes_of_pose + sizeof(SeparatingAxis<float>)), n * 1500,
+               lane_use(in->placed(), *pairs, there.span())},
   });
 }
 

@@ -1,4 +1,9 @@
 // The rows and benchmarks of the points of convex pairs: bitwise with the serial twin.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "common/rigid/clip_faces.h"
 #include "verify/rigid/narrow_inputs.h"
 
 namespace lockstep::verify::rigid_convex_clip {
@@ -6,6 +11,36 @@ namespace {
 
 using namespace rigid;
 using namespace rigid_inputs;
+
+// How full the lanes are when sixteen pairs that are near clip each edge of one face by each edge of the other: a pair
+// whose faces have fewer corners than the largest of the sixteen waits, one whose axis is no face's does not take part.
+double lane_use(const Placed<float>& placed, std::span<const Pair> pairs, std::span<const SeparatingAxis<float>> axes) {
+  const auto corners = [&](int collider, int face) {
+    const int hull = placed.colliders.hull[collider];
+    if (face < 0) return placed.hulls.vertices(hull);
+    const auto first = placed.hulls.first_corner.begin() + placed.hulls.first_face[hull] + face;
+    return first[1] - first[0];
+  };
+  double used = 0, there = 0;
+  int together = 0, most_reference = 0, most_incident = 0;
+  const auto close = [&] {
+    there += double(lanes) * most_reference * most_incident;
+    together = most_reference = most_incident = 0;
+  };
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    const SeparatingAxis<float>& axis = axes[k];
+    if (!std::isfinite(axis.separation)) continue;
+    if (std::max(axis.cosine_a, axis.cosine_b) > least_cosine) {
+      const int a = corners(pairs[k].a, axis.face_a), b = corners(pairs[k].b, axis.face_b);
+      const bool of_b = axis.cosine_b - preference > axis.cosine_a;
+      used += double(a) * b;
+      most_reference = std::max(most_reference, of_b ? b : a), most_incident = std::max(most_incident, of_b ? a : b);
+    }
+    if (++together == lanes) close();
+  }
+  close();
+  return there > 0 ? used / there : 0;
+}
 
 Case convex_clip_case(const std::string& path) {
   const auto in = inputs(path);
@@ -23,7 +58,8 @@ Case convex_clip_case(const std::string& path) {
       .best_serial = nullptr,
       .openmp = with(openmp::convex_clip),
       .compare = nullptr,
-      .work = {n, "pairs", n * (2 * bytes_of_pose + sizeof(SeparatingAxis<float>) + bytes_of_manifold), n * 500},
+      .work = {n, "pairs", n * (2 * bytes_of_pose + sizeof(SeparatingAxis<float>) + bytes_of_manifold), n * 500,
+               lane_use(in->placed(), *pairs, *axes)},
   });
 }
 
