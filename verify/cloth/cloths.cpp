@@ -61,10 +61,7 @@ void check_run(Judgement& judgement, const Start& start) {
   for (int frame = 1; frame <= start.scene.frames; ++frame) {
     openmp::step_cloths(found.all), serial::step_cloths(expected.all);
     for (const Cloth<float>& cloth : found.all) {
-      std::string fault = first_not_finite(cloth, of_element("particle"));
-      if (const Deepest deepest = deepest_inside(start.scene.bodies, cloth); fault.empty() && deepest.depth > 0)
-        fault = "particle " + std::to_string(deepest.particle) + " is " + std::to_string(deepest.depth) +
-                " m inside a body";
+      const std::string fault = fault_of(start.scene.bodies, cloth);
       if (fault.empty()) continue;
       judgement.passed = false;
       judgement.worst_at =

@@ -48,6 +48,13 @@ Deepest deepest_inside(const Bodies<double>& bodies, const Cloth<float>& cloth) 
   return deepest;
 }
 
+std::string fault_of(const Bodies<double>& bodies, const Cloth<float>& cloth) {
+  if (const std::string fault = first_not_finite(cloth, of_element("particle")); !fault.empty()) return fault;
+  const Deepest deepest = deepest_inside(bodies, cloth);
+  if (deepest.depth <= 0) return "";
+  return "particle " + std::to_string(deepest.particle) + " is " + std::to_string(deepest.depth) + " m inside a body";
+}
+
 double residual_left(const Cloth<float>& start, Relax<float>* relax, int n) {
   constexpr int steps = 60;
   Cloth<float> cloth = start;
@@ -78,18 +85,14 @@ std::shared_ptr<const Cloth<float>> serial_run(const Scene& scene, const std::st
 
 void check_run(Judgement& judgement, const Scene& scene, const Cloth<float>& expected, Step<float>* step) {
   Cloth<float> cloth = convert<float>(scene.cloth);
-  const auto fail = [&](const std::string& what, int frame) {
-    judgement.passed = false;
-    judgement.worst_at = what + " after step " + std::to_string(frame);
-  };
-  for (int frame = 1; frame <= scene.frames && judgement.passed; ++frame) {
+  for (int frame = 1; frame <= scene.frames; ++frame) {
     step(cloth);
-    if (const std::string fault = first_not_finite(cloth, of_element("particle")); !fault.empty()) fail(fault, frame);
-    if (const Deepest deepest = deepest_inside(scene.bodies, cloth); deepest.depth > 0)
-      fail("particle " + std::to_string(deepest.particle) + " is " + std::to_string(deepest.depth) + " m inside a body",
-           frame);
+    const std::string fault = fault_of(scene.bodies, cloth);
+    if (fault.empty()) continue;
+    judgement.passed = false;
+    judgement.worst_at = fault + " after step " + std::to_string(frame);
+    return;
   }
-  if (!judgement.passed) return;
   same_bits(judgement, cloth, expected,
             [name = of_element("particle")](const auto& array, std::size_t i, const auto& field) {
               return name(array, i, field) + " after the run";

@@ -28,6 +28,9 @@ struct Deepest {
 };
 Deepest deepest_inside(const cloth::Bodies<double>& bodies, const cloth::Cloth<float>& cloth);
 
+// Says which number is not finite, or which particle is inside a body; empty if there is none.
+std::string fault_of(const cloth::Bodies<double>& bodies, const cloth::Cloth<float>& cloth);
+
 // What n iterations a substep leave of the residual: on average over the second half of 60 steps of the scene. A scene
 // without gravity is one problem of relaxation, and has one answer: after n iterations from its start.
 double residual_left(const cloth::Cloth<float>& start, cloth::Relax<float>* relax, int n);
