@@ -18,7 +18,9 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <numeric>
 #include <optional>
+#include <ranges>
 #include <vector>
 
 #include "common/levelset/blocks.h"
@@ -119,10 +121,71 @@ bool sweep_runs(std::vector<Cursor>& cursors, floatv spacing, floatv band) {
   return any(changed);
 }
 
-// One sweep, along x and y (step 1) or against both (-1).
+// A part of a run.
+struct Piece {
+  int tile, z;
+  Extent vectors;
+};
+
+// A sweep's pieces, diagonal by diagonal. Those of a diagonal do not wait for one another.
+struct Wavefront {
+  std::vector<Piece> pieces;
+  std::vector<int> first;   // [diagonal]: its first piece; and the number of all
+  std::vector<int> before;  // [piece]: the vectors of those before it; and of all
+
+  int diagonals() const { return static_cast<int>(first.size()) - 1; }
+  int most_pieces() const {
+    int most = 0;
+    for (int diagonal = 0; diagonal < diagonals(); ++diagonal)
+      most = std::max(most, first[diagonal + 1] - first[diagonal]);
+    return most;
+  }
+  // Threads share the vectors of a diagonal: a thread takes the pieces whose middle is in its share.
+  int first_of(int diagonal, int thread, int threads) const {
+    const long long start = before[first[diagonal]], all = before[first[diagonal + 1]] - start;
+    const auto is_before = [&](int i) { return (before[i] + before[i + 1] - 2 * start) * threads < 2 * all * thread; };
+    const auto indices = std::views::iota(first[diagonal], first[diagonal + 1]);
+    return first[diagonal] + static_cast<int>(std::ranges::partition_point(indices, is_before) - indices.begin());
+  }
+};
+
+// The wavefront of sweeps along x and y, and along z (step_z 1) or against it (-1). A piece is what a run has in one of
+// the cuts of a line. Cut c of a tile waits for cuts c and c + 1 of the tile before, since a vector reads fifteen ahead
+// there, so it is on diagonal 2 tile + z + c; a whole line is on diagonal tile + z. There are so many cuts that a
+// diagonal has three for each thread: the more the better they share it, but the processor foresees long ones better.
+// The bits do not depend on it.
+Wavefront make_wavefront(const Skewed& d, int step_z) {
+  const int line = d.vectors_of_line(), even = line * d.tiles() / (3 * omp_get_max_threads()) / lanes * lanes;
+  const int length = even < line ? std::max(even, 2 * lanes) : line, of_tile = length < line ? 2 : 1;
+  const auto for_each_piece = [&](const auto& f) {
+    for (int tile = 0; tile < d.tiles(); ++tile)
+      for (int z = 0; z < d.planes(); ++z)
+        for (const auto& [run_begin, run_end] : d.runs(tile, z))
+          for (int begin = run_begin; begin < run_end;) {
+            const int c = begin / length, end = std::min((c + 1) * length, run_end);
+            f(of_tile * tile + (step_z > 0 ? z : d.planes() - 1 - z) + c, Piece{tile, z, {begin, end}});
+            begin = end;
+          }
+  };
+  Wavefront w;
+  for_each_piece([&](int diagonal, const Piece&) {
+    if (diagonal + 2 > static_cast<int>(w.first.size())) w.first.resize(diagonal + 2);
+    ++w.first[diagonal + 1];
+  });
+  std::partial_sum(w.first.begin(), w.first.end(), w.first.begin());
+  if (w.first.empty()) w.first = {0};
+  w.pieces.resize(w.first.back());
+  std::vector<int> next(w.first);
+  for_each_piece([&](int diagonal, const Piece& piece) { w.pieces[next[diagonal]++] = piece; });
+  w.before = {0};
+  for (const Piece& piece : w.pieces) w.before.push_back(w.before.back() + piece.vectors.end - piece.vectors.begin);
+  return w;
+}
+
+// A sweep along x and y (step 1), or against both and through the wavefront backwards (-1).
 template <int step>
-bool sweep(const Skewed& d, Real spacing, Real band, int step_z) {
-  const int tiles = d.tiles(), planes = d.planes();
+bool sweep(const Skewed& d, const Wavefront& wavefront, Real spacing, Real band) {
+  const int last = wavefront.diagonals() - 1, most = wavefront.most_pieces();
   bool changed = false;
   Failure failure;
   // Each thread has a `changed` of its own; whether any is true is the same in any order.
@@ -130,25 +193,17 @@ bool sweep(const Skewed& d, Real spacing, Real band, int step_z) {
   {
     const int thread = omp_get_thread_num(), threads = omp_get_num_threads();
     std::vector<Cursor> cursors;
-    failure.guard([&] { cursors.reserve(d.most_runs()); });
+    failure.guard([&] { cursors.reserve(most); });
     // Behind this barrier all threads agree on whether one has failed.
 #pragma omp barrier
-    const int diagonals = failure.happened() ? 0 : tiles + planes - 1;
-    for (int diagonal = 0; diagonal < diagonals; ++diagonal) {
-      const int begin = std::max(0, diagonal - planes + 1), end = std::min(tiles, diagonal + 1);
-      const auto tile = [&](int i) { return step > 0 ? i : tiles - 1 - i; };
-      const auto plane = [&](int i) { return step_z > 0 ? diagonal - i : planes - 1 - (diagonal - i); };
-      // Tiles of a diagonal wait only for tiles of the diagonal before, which the barrier below completes; none reads
-      // what another of its diagonal writes. In a band many tiles are empty, so threads share vectors: a thread takes
-      // the tiles whose middle vector is in its share.
-      long long all = 0, before = 0;
-      for (int i = begin; i < end; ++i) all += d.vectors(tile(i), plane(i));
-      for (int i = begin; i < end; ++i) {
-        const int own = d.vectors(tile(i), plane(i));
-        if ((2 * before + own) * threads / (2 * all + 1) == thread)
-          for (const Extent& run : d.runs(tile(i), plane(i)))
-            cursors.push_back(begin_run<step>(d, tile(i), plane(i), run));
-        before += own;
+    for (int k = failure.happened() ? last + 1 : 0; k <= last; ++k) {
+      const int diagonal = step > 0 ? k : last - k;
+      // Pieces wait only for those of the diagonal before, which the barrier below completes; none reads what another of
+      // its diagonal writes.
+      const int end = wavefront.first_of(diagonal, thread + 1, threads);
+      for (int i = wavefront.first_of(diagonal, thread, threads); i < end; ++i) {
+        const Piece& piece = wavefront.pieces[i];
+        cursors.push_back(begin_run<step>(d, piece.tile, piece.z, piece.vectors));
       }
       changed |= sweep_runs<step>(cursors, spacing, band);
 #pragma omp barrier
@@ -169,13 +224,20 @@ int fast_sweeping_sweeps(Distances<Real>& distances, Real band, int rounds) {
     failure.rethrow();
   });
   std::optional<Skewed> straight, mirrored;
+  Wavefront up[2], down[2];  // of both: of sweeps along z, and against it
 #pragma omp parallel sections
   {
-    // Each section makes its own object, and reads what no thread changes.
+    // Each section makes its own objects, and reads what no thread changes.
 #pragma omp section
-    failure.guard([&] { straight.emplace(distances, reach, false); });
+    failure.guard([&] {
+      straight.emplace(distances, reach, false), up[0] = make_wavefront(*straight, 1),
+                                                 down[0] = make_wavefront(*straight, -1);
+    });
 #pragma omp section
-    failure.guard([&] { mirrored.emplace(distances, reach, true); });
+    failure.guard([&] {
+      mirrored.emplace(distances, reach, true), up[1] = make_wavefront(*mirrored, 1),
+                                                down[1] = make_wavefront(*mirrored, -1);
+    });
   }
   failure.rethrow();
   const LargePages memory(share(*straight, *mirrored));
@@ -183,18 +245,19 @@ int fast_sweeping_sweeps(Distances<Real>& distances, Real band, int rounds) {
   for (Skewed* d : {&*straight, &*mirrored}) d->place(memory.floats(), distances.interface);
   straight->begin(distances);
 
-  const auto sweep_four_times = [&](const Skewed& d) {
+  // Backwards through a wavefront, a sweep goes against x and y, and the other way along z.
+  const auto sweep_four_times = [&](const Skewed& d, const Wavefront& up, const Wavefront& down) {
     bool changed = false;
-    for (const int z : {1, -1}) changed |= sweep<1>(d, distances.distance.spacing, band, z);
-    for (const int z : {1, -1}) changed |= sweep<-1>(d, distances.distance.spacing, band, z);
+    for (const Wavefront* w : {&up, &down}) changed |= sweep<1>(d, *w, distances.distance.spacing, band);
+    for (const Wavefront* w : {&down, &up}) changed |= sweep<-1>(d, *w, distances.distance.spacing, band);
     return changed;
   };
   int round = 0;
   for (bool changed = true; changed && round < rounds; ++round) {
     if (round > 0) straight->take(*mirrored, lines.data());
-    changed = sweep_four_times(*straight);
+    changed = sweep_four_times(*straight, up[0], down[0]);
     mirrored->take(*straight, lines.data());
-    changed |= sweep_four_times(*mirrored);
+    changed |= sweep_four_times(*mirrored, up[1], down[1]);
   }
   mirrored->write(distances.distance);
   return round;

@@ -35,21 +35,13 @@ class Skewed {
 
   int tiles() const { return tiles_; }
   int planes() const { return nz_; }
+  int vectors_of_line() const { return nx_ + lanes - 1; }  // 0 .. that less 1, where a sweep visits them all
 
   // The vectors of a tile in a plane that a sweep visits: runs begin .. end - 1, in order and apart.
   std::span<const Extent> runs(int tile, int z) const {
     const int line = z * tiles_ + tile;
     return {visited_.extents.data() + visited_.begin[line], visited_.extents.data() + visited_.begin[line + 1]};
   }
-
-  int vectors(int tile, int z) const {  // in all its runs
-    int n = 0;
-    for (const auto& [begin, end] : runs(tile, z)) n += end - begin;
-    return n;
-  }
-
-  // No diagonal of the (tile, plane) grid has more runs than this.
-  std::size_t most_runs() const { return most_runs_; }
 
   // Vector t of a tile, and which of its lanes are fixed: interface points, and lanes beyond the field. What the sweep
   // of a run reads is stored, too: the vectors before and after it, those fifteen ahead in the tile before and fifteen
@@ -90,7 +82,6 @@ class Skewed {
   std::vector<std::ptrdiff_t> start_;  // [line]: where its vector 0 is, or would be
   std::vector<std::ptrdiff_t> room_;   // [line]: where its room begins; and where that of the last one ends
   std::vector<std::uint16_t> fixed_;   // [vector]: a bit a lane
-  std::size_t most_runs_;
   float* values_ = nullptr;
 };
 
@@ -137,7 +128,6 @@ inline Skewed::Skewed(const Distances<float>& distances, const Reach& reach, boo
 // Lane l visits point x at time x + l.
 inline void Skewed::find_visited(const Reach& reach) {
   Marks marks(nx_);
-  std::size_t most = 0;  // of a tile in a plane
   for (int z = 0; z < nz_; ++z)
     for (int tile = 0; tile < tiles_; ++tile) {
       for (int l = 0; l < lanes; ++l)
@@ -147,10 +137,8 @@ inline void Skewed::find_visited(const Reach& reach) {
             marks.mark(reach.extents[e].begin + l, reach.extents[e].end + l);
         }
       marks.close_line(visited_);
-      most = std::max(most, visited_.extents.size() - visited_.begin.back());
     }
   visited_.begin.push_back(static_cast<int>(visited_.extents.size()));
-  most_runs_ = most * std::min(tiles_, nz_);
 }
 
 inline void Skewed::find_stored() {
