@@ -7,8 +7,9 @@
 //
 // In a sweep a point waits only for the three neighbours before it. Sixteen lines along x are worked on at once, one
 // lane each, every one a step behind the line before (skewed.h). Such tiles wait for the tile before in their plane and
-// the same tile of the plane before, so threads share the tiles on a diagonal of the (tile, plane) grid: the wavefront
-// of the sweep. Every point reads the same values as in a serial sweep, so the bits are the same.
+// the same tile of the plane before. Where threads are many, tiles are cut along the lines as well, and wait for the cut
+// before. Threads share what lies on a diagonal of this grid: the wavefront of the sweep. Every point reads the same
+// values as in a serial sweep, so the bits are the same.
 //
 // Source: [ITJ07] Figure 8; Zhao, Math. Comp. 74 (2005); Detrixhe, Gibou and Min, J. Comput. Phys. 237 (2013). The
 // contract stands in common/levelset/fast_sweeping.h.
@@ -135,10 +136,9 @@ struct Wavefront {
 
   int diagonals() const { return static_cast<int>(first.size()) - 1; }
   int most_pieces() const {
-    int most = 0;
-    for (int diagonal = 0; diagonal < diagonals(); ++diagonal)
-      most = std::max(most, first[diagonal + 1] - first[diagonal]);
-    return most;
+    int largest = 0;
+    for (int k = 0; k < diagonals(); ++k) largest = std::max(largest, first[k + 1] - first[k]);
+    return largest;
   }
   // Threads share the vectors of a diagonal: a thread takes the pieces whose middle is in its share.
   int first_of(int diagonal, int thread, int threads) const {
