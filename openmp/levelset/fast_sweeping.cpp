@@ -7,9 +7,9 @@
 //
 // In a sweep a point waits only for the three neighbours before it. Sixteen lines along x are worked on at once, one
 // lane each, every one a step behind the line before (skewed.h). Such tiles wait for the tile before in their plane and
-// the same tile of the plane before. Where threads are many, tiles are cut along the lines as well, and wait for the cut
-// before. Threads share what lies on a diagonal of this grid: the wavefront of the sweep. Every point reads the same
-// values as in a serial sweep, so the bits are the same.
+// the same tile of the plane before. Where threads are many, tiles are cut along the lines as well, and wait for the
+// cut before. Threads share what lies on a diagonal of this grid: the wavefront of the sweep. Every point reads the
+// same values as in a serial sweep, so the bits are the same.
 //
 // Source: [ITJ07] Figure 8; Zhao, Math. Comp. 74 (2005); Detrixhe, Gibou and Min, J. Comput. Phys. 237 (2013). The
 // contract stands in common/levelset/fast_sweeping.h.
@@ -21,7 +21,6 @@
 #include <cstddef>
 #include <numeric>
 #include <optional>
-#include <ranges>
 #include <vector>
 
 #include "common/levelset/blocks.h"
@@ -143,9 +142,13 @@ struct Wavefront {
   // Threads share the vectors of a diagonal: a thread takes the pieces whose middle is in its share.
   int first_of(int diagonal, int thread, int threads) const {
     const long long start = before[first[diagonal]], all = before[first[diagonal + 1]] - start;
-    const auto is_before = [&](int i) { return (before[i] + before[i + 1] - 2 * start) * threads < 2 * all * thread; };
-    const auto indices = std::views::iota(first[diagonal], first[diagonal + 1]);
-    return first[diagonal] + static_cast<int>(std::ranges::partition_point(indices, is_before) - indices.begin());
+    // The middle of a piece is half of those before it and those before the next.
+    const auto is_before = [&](const int& here) {
+      return ((&here)[0] + (&here)[1] - 2 * start) * threads < 2 * all * thread;
+    };
+    const auto begin = before.begin();
+    return static_cast<int>(std::partition_point(begin + first[diagonal], begin + first[diagonal + 1], is_before) -
+                            begin);
   }
 };
 
@@ -198,8 +201,8 @@ bool sweep(const Skewed& d, const Wavefront& wavefront, Real spacing, Real band)
 #pragma omp barrier
     for (int k = failure.happened() ? last + 1 : 0; k <= last; ++k) {
       const int diagonal = step > 0 ? k : last - k;
-      // Pieces wait only for those of the diagonal before, which the barrier below completes; none reads what another of
-      // its diagonal writes.
+      // Pieces wait only for those of the diagonal before, which the barrier below completes; none reads what another
+      // of its diagonal writes.
       const int end = wavefront.first_of(diagonal, thread + 1, threads);
       for (int i = wavefront.first_of(diagonal, thread, threads); i < end; ++i) {
         const Piece& piece = wavefront.pieces[i];
