@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <new>
 #include <vector>
 
@@ -153,6 +154,17 @@ TYPED_TEST(SimdMemory, SelectAndBroadcast) {
     ASSERT_TRUE(lanes_are(decltype(load(a))(a[0]), [&](int) -> T { return a[0]; }));
   }
 }
+TEST(Simd, StreamsWhatStoresWrite) {
+  Random random;
+  alignas(64) std::array<float, 3 * lanes> streamed, stored;
+  streamed.fill(7), stored.fill(7);
+  const auto value = random.fill<std::array<float, lanes>>();
+  stream(&streamed[lanes], load(value.data()));
+  finish_streams();
+  store(&stored[lanes], load(value.data()));
+  EXPECT_EQ(std::memcmp(streamed.data(), stored.data(), sizeof(stored)), 0);
+}
+
 TEST(Simd, LoadsWholeRecords) {
   constexpr int records = 40;
   alignas(32) float base[8 * records];
