@@ -51,8 +51,9 @@ class Skewed {
 
   // Finds room for two layouts of one field in the same memory. They take so many floats, aligned for lanes.
   friend std::size_t share(Skewed& a, Skewed& b);
-  void place(float* values, const std::vector<Point>& interface);  // `values` are the caller's
-  // Interface points get their distances, all else is `far`.
+  // Takes the caller's `values` for its vectors, and finds which lanes are fixed.
+  void place(float* values, const std::vector<Point>& interface);
+  // Interface points get their distances, all else is `far`. Of one of the two layouts, placed.
   void begin(const Distances<float>& distances);
   // Takes over from the other layout. `lines` has lines_to_take floats for each thread, all `far`, and leaves them so.
   void take(const Skewed& other, float* lines);
@@ -164,8 +165,8 @@ inline std::size_t share(Skewed& a, Skewed& b) {
     std::ptrdiff_t room = 0;
     for (Skewed* d : {&a, &b}) {
       d->room_.push_back(vectors);
-      const Extent *const first = &d->stored_.extents[d->stored_.begin[line]],
-                          *const end = &d->stored_.extents[d->stored_.begin[line + 1]];
+      const Extent* const extents = d->stored_.extents.data();
+      const Extent *const first = extents + d->stored_.begin[line], *const end = extents + d->stored_.begin[line + 1];
       d->start_.push_back(first < end ? vectors - first->begin : vectors);
       // Sixteen vectors are taken at a time, up to fifteen beyond a line's last.
       if (first < end) room = std::max(room, std::ptrdiff_t(end[-1].end - first->begin + lanes));
