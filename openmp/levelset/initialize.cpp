@@ -29,10 +29,11 @@ using Mask = maskv;
 // the time went into waiting for phi of the next slab.
 constexpr int ahead = 4;
 
-// Whether each of sixteen points has the sign of its neighbours, before and after it along each axis: most have.
-LOCKSTEP_INLINE bool have_one_sign(Number here, const Vector3<Number>& low, const Vector3<Number>& high) {
-  const Number least = min(here, min(min(min(low.x, high.x), min(low.y, high.y)), min(low.z, high.z))),
-               most = max(here, max(max(max(low.x, high.x), max(low.y, high.y)), max(low.z, high.z)));
+// Whether sixteen points all have the sign of their neighbours: most have. `values` are of the points, and of those
+// before and after them along each axis.
+LOCKSTEP_INLINE bool have_one_sign(const Number (&values)[7]) {
+  Number least = values[0], most = values[0];
+  for (const Number& value : values) least = min(least, value), most = max(most, value);
   return none((least <= 0.f) & (most >= 0.f));
 }
 
@@ -46,28 +47,25 @@ void initialize_line(const Field<Real>& phi, int y, int z, Field<Real>& d, std::
                     *const to_come = line(y + ahead, z + 1);
   Real* const distance = &d(0, y, z);
   for (int x = -d.padding; x < 0; x += lanes) stream(distance + x, Number(far<Real>));
-  int x = 0;
-  for (; x < phi.nx; x += lanes) {
-    const bool first = x == 0, last = x + lanes >= phi.nx;
-    const Number here = load(middle + x), next = load(middle + x + 1);
-    const Number before = first ? shift_up(here, middle[0]) : load(middle + x - 1),
-                 after = last ? select(lane_index() + x < phi.nx - 1, next, here) : next;
-    const Vector3<Number> low = {before, load(below + x), load(behind + x)},
-                          high = {after, load(above + x), load(in_front + x)};
+  for (int x = 0; x < phi.nx; x += lanes) {
+    const Number here = load(middle + x);
+    const Number before = x > 0 ? load(middle + x - 1) : shift_up(here, middle[0]),
+                 after = select(lane_index() + x < phi.nx - 1, load(middle + x + 1), here);
     __builtin_prefetch(to_come + x);
-    if (have_one_sign(here, low, high)) {
+    if (have_one_sign({here, before, after, load(below + x), load(above + x), load(behind + x), load(in_front + x)})) {
       stream(distance + x, Number(far<Real>));
       continue;
     }
-    const Vector3<Number> beyond = {other_side(here, low.x, high.x), other_side(here, low.y, high.y),
-                                    other_side(here, low.z, high.z)};
+    const Vector3<Number> beyond = {other_side(here, before, after),  //
+                                    other_side(here, load(below + x), load(above + x)),
+                                    other_side(here, load(behind + x), load(in_front + x))};
     const Mask beside = beside_interface(here, beyond) & first_lanes(phi.nx - x);
-    const Number crossing = distance_from_crossings(here, beyond, Number(phi.spacing));
-    stream(distance + x, select(beside, crossing, Number(far<Real>)));
+    stream(&d(x, y, z), select(beside, distance_from_crossings(here, beyond, Number(phi.spacing)), Number(far<Real>)));
     for (std::uint32_t set = bits(beside); set != 0; set &= set - 1)
       interface.push_back({x + std::countr_zero(set), y, z});
   }
-  for (; x < d.pitch - d.padding; x += lanes) stream(distance + x, Number(far<Real>));
+  for (int x = (phi.nx + lanes - 1) / lanes * lanes; x < d.pitch - d.padding; x += lanes)
+    stream(distance + x, Number(far<Real>));
 }
 
 }  // namespace
