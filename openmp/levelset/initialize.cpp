@@ -48,9 +48,11 @@ void initialize_line(const Field<Real>& phi, int y, int z, Field<Real>& d, std::
   Real* const distance = &d(0, y, z);
   for (int x = -d.padding; x < 0; x += lanes) stream(distance + x, Number(far<Real>));
   for (int x = 0; x < phi.nx; x += lanes) {
+    // Lanes are chosen at a line's ends alone: at every vector it takes a sixth more time.
     const Number here = load(middle + x);
     const Number before = x > 0 ? load(middle + x - 1) : shift_up(here, middle[0]),
-                 after = select(lane_index() + x < phi.nx - 1, load(middle + x + 1), here);
+                 after = x < phi.nx - lanes ? load(middle + x + 1)
+                                            : select(lane_index() + x < phi.nx - 1, load(middle + x + 1), here);
     __builtin_prefetch(to_come + x);
     if (have_one_sign({here, before, after, load(below + x), load(above + x), load(behind + x), load(in_front + x)})) {
       stream(distance + x, Number(far<Real>));
