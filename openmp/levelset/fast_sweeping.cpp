@@ -21,6 +21,7 @@
 #include <cstddef>
 #include <numeric>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "common/levelset/blocks.h"
@@ -125,13 +126,15 @@ bool sweep_runs(std::vector<Cursor>& cursors, floatv spacing, floatv band) {
 struct Piece {
   int tile, z;
   Extent vectors;
+  int before = 0;  // how many vectors the pieces before it have
+
+  int count() const { return vectors.end - vectors.begin; }
 };
 
 // A sweep's pieces, diagonal by diagonal. Those of a diagonal do not wait for one another.
 struct Wavefront {
   std::vector<Piece> pieces;
-  std::vector<int> first;   // [diagonal]: its first piece; and the number of all
-  std::vector<int> before;  // [piece]: the vectors of those before it; and of all
+  std::vector<int> first;  // [diagonal]: its first piece; and the number of all
 
   int diagonals() const { return static_cast<int>(first.size()) - 1; }
   int most_pieces() const {
@@ -141,22 +144,22 @@ struct Wavefront {
   }
   // Threads share the vectors of a diagonal: a thread takes the pieces whose middle is in its share.
   int first_of(int diagonal, int thread, int threads) const {
-    const long long start = before[first[diagonal]], all = before[first[diagonal + 1]] - start;
-    // The middle of a piece is half of those before it and those before the next.
-    const auto is_before = [&](const int& here) {
-      return ((&here)[0] + (&here)[1] - 2 * start) * threads < 2 * all * thread;
+    const auto begin = pieces.begin() + first[diagonal], end = pieces.begin() + first[diagonal + 1];
+    if (begin == end) return first[diagonal];
+    const long long start = begin->before, all = end[-1].before + end[-1].count() - start;
+    const auto is_before = [&](const Piece& piece) {
+      return (2 * (piece.before - start) + piece.count()) * threads < 2 * all * thread;
     };
-    const auto begin = before.begin();
-    return static_cast<int>(std::partition_point(begin + first[diagonal], begin + first[diagonal + 1], is_before) -
-                            begin);
+    return static_cast<int>(std::partition_point(begin, end, is_before) - pieces.begin());
   }
 };
 
-// The wavefront of sweeps along x and y, and along z (step_z 1) or against it (-1). A piece is what a run has in one of
-// the cuts of a line. Cut c of a tile waits for cuts c and c + 1 of the tile before, since a vector reads fifteen ahead
-// there, so it is on diagonal 2 tile + z + c; a whole line is on diagonal tile + z. There are so many cuts that a
-// diagonal has three for each thread: the more the better they share it, but the processor foresees long ones better.
-// The bits do not depend on it.
+// The wavefront of sweeps along x and y, and along z (step_z 1) or against it (-1). Lines are cut every `length`
+// vectors, and runs with them, into pieces. A vector reads fifteen ahead in the tile before, so cut c of a tile waits
+// for cuts c and c + 1 there. It is on diagonal 2 tile + z + c. Whole lines are on diagonal tile + z.
+//
+// The cuts of a plane are three for each thread. More of them are shared more evenly, fewer have longer lines, which
+// the processor foresees better. The bits do not depend on it.
 Wavefront make_wavefront(const Skewed& d, int step_z) {
   const int line = d.vectors_of_line(), even = line * d.tiles() / (3 * omp_get_max_threads()) / lanes * lanes;
   const int length = even < line ? std::max(even, 2 * lanes) : line, of_tile = length < line ? 2 : 1;
@@ -180,8 +183,8 @@ Wavefront make_wavefront(const Skewed& d, int step_z) {
   w.pieces.resize(w.first.back());
   std::vector<int> next(w.first);
   for_each_piece([&](int diagonal, const Piece& piece) { w.pieces[next[diagonal]++] = piece; });
-  w.before = {0};
-  for (const Piece& piece : w.pieces) w.before.push_back(w.before.back() + piece.vectors.end - piece.vectors.begin);
+  int before = 0;
+  for (Piece& piece : w.pieces) piece.before = std::exchange(before, before + piece.count());
   return w;
 }
 
@@ -216,6 +219,15 @@ bool sweep(const Skewed& d, const Wavefront& wavefront, Real spacing, Real band)
   return changed;
 }
 
+// A layout, and the wavefronts of its sweeps along z and against it.
+struct Layout {
+  Skewed skewed;
+  Wavefront up, down;
+
+  Layout(const Distances<Real>& distances, const Reach& reach, bool mirrored)
+      : skewed(distances, reach, mirrored), up(make_wavefront(skewed, 1)), down(make_wavefront(skewed, -1)) {}
+};
+
 }  // namespace
 
 int fast_sweeping_sweeps(Distances<Real>& distances, Real band, int rounds) {
@@ -226,30 +238,24 @@ int fast_sweeping_sweeps(Distances<Real>& distances, Real band, int rounds) {
     for (int z = 0; z < planes; ++z) failure.guard([&] { work_on(z); });
     failure.rethrow();
   });
-  std::optional<Skewed> straight, mirrored;
-  Wavefront up[2], down[2];  // of both: of sweeps along z, and against it
+  std::optional<Layout> straight, mirrored;
 #pragma omp parallel sections
   {
-    // Each section makes its own objects, and reads what no thread changes.
+    // Each section makes its own object, and reads what no thread changes.
 #pragma omp section
-    failure.guard([&] {
-      straight.emplace(distances, reach, false), up[0] = make_wavefront(*straight, 1),
-                                                 down[0] = make_wavefront(*straight, -1);
-    });
+    failure.guard([&] { straight.emplace(distances, reach, false); });
 #pragma omp section
-    failure.guard([&] {
-      mirrored.emplace(distances, reach, true), up[1] = make_wavefront(*mirrored, 1),
-                                                down[1] = make_wavefront(*mirrored, -1);
-    });
+    failure.guard([&] { mirrored.emplace(distances, reach, true); });
   }
   failure.rethrow();
-  const LargePages memory(share(*straight, *mirrored));
-  std::vector<float> lines(omp_get_max_threads() * straight->lines_to_take(), far<float>);
-  for (Skewed* d : {&*straight, &*mirrored}) d->place(memory.floats(), distances.interface);
-  straight->begin(distances);
+  const LargePages memory(share(straight->skewed, mirrored->skewed));
+  std::vector<float> lines(omp_get_max_threads() * straight->skewed.lines_to_take(), far<float>);
+  for (Layout* layout : {&*straight, &*mirrored}) layout->skewed.place(memory.floats(), distances.interface);
+  straight->skewed.begin(distances);
 
   // Backwards through a wavefront, a sweep goes against x and y, and the other way along z.
-  const auto sweep_four_times = [&](const Skewed& d, const Wavefront& up, const Wavefront& down) {
+  const auto sweep_four_times = [&](const Layout& layout) {
+    const auto& [d, up, down] = layout;
     bool changed = false;
     for (const Wavefront* w : {&up, &down}) changed |= sweep<1>(d, *w, distances.distance.spacing, band);
     for (const Wavefront* w : {&down, &up}) changed |= sweep<-1>(d, *w, distances.distance.spacing, band);
@@ -257,12 +263,12 @@ int fast_sweeping_sweeps(Distances<Real>& distances, Real band, int rounds) {
   };
   int round = 0;
   for (bool changed = true; changed && round < rounds; ++round) {
-    if (round > 0) straight->take(*mirrored, lines.data());
-    changed = sweep_four_times(*straight, up[0], down[0]);
-    mirrored->take(*straight, lines.data());
-    changed |= sweep_four_times(*mirrored, up[1], down[1]);
+    if (round > 0) straight->skewed.take(mirrored->skewed, lines.data());
+    changed = sweep_four_times(*straight);
+    mirrored->skewed.take(straight->skewed, lines.data());
+    changed |= sweep_four_times(*mirrored);
   }
-  mirrored->write(distances.distance);
+  mirrored->skewed.write(distances.distance);
   return round;
 }
 

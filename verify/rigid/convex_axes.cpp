@@ -12,8 +12,8 @@ using namespace rigid_inputs;
 
 using Axes = PerPair<SeparatingAxis<float>>;
 
-// How full the lanes are when it goes through the faces and the vertices of both cores of a pair that is near. Edges
-// that pruning leaves are not counted.
+// How full the lanes are in loops over the faces and the vertices of both cores, of pairs that are near. Loops over
+// edges are not counted.
 double lane_use(const Placed<float>& placed, std::span<const Pair> pairs, std::span<const SeparatingAxis<float>> axes) {
   std::vector<double> runs;
   for (std::size_t k = 0; k < pairs.size(); ++k)

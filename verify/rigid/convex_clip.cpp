@@ -12,8 +12,9 @@ namespace {
 using namespace rigid;
 using namespace rigid_inputs;
 
-// How full the lanes are when sixteen pairs that are near clip each edge of one face by each edge of the other: a pair
-// whose faces have fewer corners than the largest of the sixteen waits, one whose axis is no face's does not take part.
+// How full the lanes are when sixteen pairs that are near clip each edge of one face by each edge of the other. A pair
+// waits where its faces have fewer corners than the largest of the sixteen. A pair is not clipped if its axis is not
+// the normal of a face.
 double lane_use(const Placed<float>& placed, std::span<const Pair> pairs, std::span<const SeparatingAxis<float>> axes) {
   const auto corners = [&](int collider, int face) {
     const int hull = placed.colliders.hull[collider];
