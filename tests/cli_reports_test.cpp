@@ -176,5 +176,20 @@ TEST_F(Cli, SaysNoSpreadOfASingleSample) {
   }
 }
 
+TEST_F(Cli, BenchesOneSizeOfEachFormQuickly) {
+  const std::string json = path("bench.json");
+  const auto scenes = [&](const std::string& effort) {
+    EXPECT_EQ(run({"bench", "--kernel", "rigid/place_colliders", "--threads", "1", effort, "--json", json}).code, 0);
+    std::vector<std::string> found;
+    const auto report = nlohmann::json::parse(read_bytes(json));
+    for (const auto& row : report["rows"])
+      if (row["variant"] == "serial") found.push_back(row["scene"]);
+    return found;
+  };
+  EXPECT_EQ(scenes("--quick"), std::vector<std::string>{"castle"});
+  EXPECT_EQ(scenes("--brief"), (std::vector<std::string>{"castle", "boxes_100k"}));
+  EXPECT_EQ(run({"bench", "--kernel", "rigid/place_colliders", "--quick", "--brief"}).code, 2);
+}
+
 }  // namespace
 }  // namespace lockstep

@@ -26,6 +26,7 @@ FOLDER = ROOT / "notes" / "figures"
 sys.path.insert(0, str(FOLDER))
 import cloth_modules  # noqa: E402, from the folder above
 import draw  # noqa: E402
+import every_kernel  # noqa: E402
 import judge  # noqa: E402
 import measure  # noqa: E402
 import module_times  # noqa: E402
@@ -145,6 +146,8 @@ def reports(threads=(1, 2)):
         {"x": x, "y": y, "distance": 0.1 * (x - 1.5), "error_in_spacings": 0.01 * y} for y in range(4) for x in range(4)
     ]
     with_costs = {"scale": scale, "cloth_convergence": cloth, "levelset_blocks": levelset, "levelset_slice": slice_}
+    curves = {kernel for _, kernel, *_ in scalability.WORKLOADS}
+    with_costs["curves"] = [dict(row) for row in scale if row["kernel"] in curves]
     with_costs["contact_batches"] = contacts
     scale += [
         {"kernel": f"production_fluid/{module}", "form": form, "scene": "drop_128"}
@@ -155,14 +158,14 @@ def reports(threads=(1, 2)):
     ]
     face_kernels = {module: form for module, form in face_modules.MODULES.items() if form is not None}
     scale += [
-        {"kernel": f"production_face/{module}", "form": form, "scene": face_modules.SCALED_ON}
+        {"kernel": f"production_face/{module}", "form": form, "scene": face_modules.SCALED_ON[0]}
         | modelled(cores, 8.0 / cores, 9.0 / cores)
         for module, form in face_kernels.items()
         for cores in counts
     ]
     cloth_kernels = module_times.kernels_of("production_cloth", cloth_modules.MODULES, cloth_modules.KERNELS)
     scale += [
-        {"kernel": kernel, "form": cloth_modules.MODULES[module], "scene": cloth_modules.SCALED_ON}
+        {"kernel": kernel, "form": cloth_modules.MODULES[module], "scene": cloth_modules.SCALED_ON[0]}
         | modelled(cores, 8.0 / cores, 9.0 / cores)
         for module, kernel in cloth_kernels.items()
         for cores in counts
@@ -343,7 +346,7 @@ class Figures(unittest.TestCase):
         self.assertEqual(sweeping, (100 / (100 / 8), "not reproduced"))
         self.assertEqual(self.claimed("fsm_over_fmm", "Serially"), (100 / 300, "exceeded"))
         self.assertEqual(self.claimed("cloth_convergence", "twice the iterations", "rope"), (2.5, "not reproduced"))
-        locks = [r["locks"] for r in self.reports["scale"]["rows"] if r["form"] == "sub_grid" and r["cores"] == 64]
+        locks = [r["locks"] for r in self.reports["curves"]["rows"] if r["form"] == "sub_grid" and r["cores"] == 64]
         self.assertEqual(self.claimed("sph_locks", "almost nothing"), (100 * locks[0], "not reproduced"))
         serial = [r for r in self.reports["face_modules"]["rows"] if r["variant"] == "serial"]
         time = self.row("frame_times", application="production face", variant="serial")["ms"]
@@ -467,6 +470,17 @@ class Figures(unittest.TestCase):
         self.assertIn("fluid/step f: from 4,000 things", self.section(self.index, "problem_sizes"))
         self.assertIn("cloth/relax f: not by 16,000 things (40", self.section(self.index, "problem_sizes"))
 
+    def test_every_kernel_gains_by_lanes_times_threads(self):
+        # Row 0 of KERNELS: 80 ms serial, 10 ms on one thread, 10 / 64 ms on 64 modelled cores.
+        row = self.row("every_kernel", kernel="rigid/step", form="batches")
+        self.assertAlmostEqual(float(row["lanes"]), 8)
+        self.assertAlmostEqual(float(row["threads"]), 64)
+        self.assertAlmostEqual(float(row["both"]), 512)
+        drawn_ = every_kernel.fastest(self.tables["every_kernel"])
+        self.assertEqual(len(drawn_), len({kernel for kernel, *_ in KERNELS}))
+        self.assertEqual(len(self.rows("every_kernel")), len(KERNELS))
+        self.assertIn("36x to 61x", self.section(self.index, "every_kernel"))
+
     def sizes(self):
         return problem_sizes.kernels(self.tables["problem_sizes"])
 
@@ -520,7 +534,8 @@ class Figures(unittest.TestCase):
         for r in disturbed["bench"]["rows"]:
             if r["kernel"] in ("fluid/step", "rigid/box_box") and r["variant"] == "openmp" and r["threads"] == 2:
                 r |= {"whole_cores": False, "spread": None}
-        for name, kernel in {"scale": "fluid/step", "contact_batches": None, "levelset_blocks": None}.items():
+        scaled = {"scale": "fluid/step", "curves": "fluid/step"}
+        for name, kernel in (scaled | {"contact_batches": None, "levelset_blocks": None}).items():
             for r in disturbed[name]["rows"]:
                 if r.get("cores") == 2 and r.get("kernel") == kernel:
                     r["whole_cores"] = False
@@ -548,7 +563,7 @@ class Figures(unittest.TestCase):
         self.assertNotIn("Hollow grey", self.index)
 
     def test_one_figure_needs_its_own_reports_alone(self):
-        only = {name: copy.deepcopy(self.reports[name]) for name in ("bench", "scale")}
+        only = {name: copy.deepcopy(self.reports[name]) for name in ("bench", "curves")}
         for report in only.values():
             report["rows"] = [r for r in report["rows"] if r["kernel"] == "fluid/step"]
         with drawn(only, "sph_locks") as folder:
@@ -563,15 +578,24 @@ class Figures(unittest.TestCase):
             behind = {reference.split(".json#")[0] for row in self.rows(name) for reference in row["from"].split(",")}
             self.assertLessEqual(behind, set(needs), name)
             kernels = {row["kernel"] for row in self.rows(name) if row.get("kernel")}
-            for report in ("bench", "scale"):
+            for report in ("bench", "scale", "curves"):
                 if report in behind and needs[report] is not None:
                     self.assertEqual(kernels, set(needs[report]), name)
         together = measure.needed(draw.chosen())
         self.assertEqual(set(together), set(self.reports))
         self.assertIsNone(together["bench"])  # the roofline shows every kernel
+        quick = measure.needed(draw.chosen(), quick=True)
+        self.assertEqual(set(quick), set(together))
+        self.assertLess({"fluid/step", "rigid/gjk"}, set(quick["bench"]))
+        self.assertIsNone(measure.needed(draw.chosen("roofline"), quick=True)["bench"])
 
         options = argparse.Namespace(threads="1,2", shard="2/3", quick=False, resume=True)
-        found = measure.commands("lockstep", pathlib.Path("f"), measure.needed(draw.chosen("sph_locks")), options)
+
+        def commands(*chosen):
+            figures = {name: draw.chosen(name)[name] for name in chosen}
+            found = measure.commands("lockstep", pathlib.Path("f"), measure.needed(figures), options)
+            return [[str(word) for word in command] for command in found]
+
         bench = [
             "lockstep",
             "bench",
@@ -579,20 +603,25 @@ class Figures(unittest.TestCase):
             "fluid/step",
             "--threads",
             "1,2",
+            "--brief",
             "--resume",
             "--shard",
             "2/3",
             "--json",
             "f/bench.json",
         ]
-        scale = ["lockstep", "scale", "--kernel", "fluid/step", "--resume", "--shard", "2/3", "--json", "f/scale.json"]
-        self.assertEqual([[str(word) for word in command] for command in found], [bench, scale])
+        some = ["--brief", "--resume", "--shard", "2/3", "--json"]
+        curves = ["lockstep", "scale", "--kernel", "fluid/step", *some, "f/curves.json"]
+        self.assertEqual(commands("sph_locks"), [bench, curves])
+        few = ["lockstep", "scale", "--cores", measure.few_cores(), *some, "f/scale.json"]
+        self.assertEqual(commands("sph_locks", "model_validation"), [bench, curves, few])
 
     def test_kernels_and_forms_are_those_of_the_program(self):
         program = ROOT / os.environ.get("LOCKSTEP", "build/lockstep")
         listed = subprocess.run([program, "list", "--json"], capture_output=True, check=True, cwd=ROOT).stdout
         known = {(row["kernel"], row["form"]) for row in json.loads(listed)["rows"]}
         drawn_ = {(kernel, form) for _, kernel, form, *_ in scalability.WORKLOADS}
+        self.assertLessEqual({kernel for kernel, _ in every_kernel.PAPER_AT_64}, {kernel for kernel, _ in known})
         drawn_ |= {(kernel, form) for *_, kernel, form, _ in modules.MODULES}
         for domain in ("fluid", "face", "cloth"):
             figure = importlib.import_module("production_modules" if domain == "fluid" else f"{domain}_modules")

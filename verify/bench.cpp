@@ -39,7 +39,7 @@ struct Effort {
   double seconds;       // a variant
   double patience;      // seconds, over all cases, to repeat those that lacked cores
 };
-constexpr Effort full_effort = {15, .5, 60}, quick_effort = {1, 0, 0};
+constexpr Effort full_effort = {15, .5, 60}, brief_effort = {5, .15, 20}, quick_effort = {1, 0, 0};
 
 struct Variant {
   std::string name;
@@ -165,7 +165,7 @@ int bench(const Options& options) {
   std::printf("%-19s %-13s %-15s %-11s %7s %5s %9s %9s %7s %12s %7s %8s %9s\n", "kernel", "form", "scene", "variant",
               "threads", "cores", "ms", "least", "spread", "items/s", "GB/s", "GFLOP/s", "x serial");
 
-  const Effort effort = options.quick ? quick_effort : full_effort;
+  const Effort effort = options.quick ? quick_effort : options.brief ? brief_effort : full_effort;
   std::vector<nlohmann::ordered_json> rows(selected.size());  // of each case
   std::deque<std::size_t> waiting;
   for (std::size_t k = 0; k < selected.size(); ++k) {

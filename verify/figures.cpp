@@ -126,7 +126,7 @@ void levelset_blocks(const FigureOptions& options, const Model& model, RowsOf& r
                   {"cores", cores}},
                  [&] {
                    const double bytes = 8. * static_cast<double>(start.distance.value.size());
-                   return scale_row(model, {reset, run, bytes}, cores, options.quick);
+                   return scale_row(model, {reset, run, bytes}, cores, effort_of(options));
                  });
       }
   }
@@ -192,7 +192,7 @@ void contact_batches(const FigureOptions& options, const Model& model, RowsOf& r
     for (const int cores : cores_of(options)) {
       const auto scaled = [&](const char* form, const std::function<void()>& solve) {
         rows.add({{"scene", name}, {"form", form}, {"variant", "openmp"}, {"cores", cores}}, [&] {
-          return scale_row(model, {reset, solve, bytes}, cores, options.quick);
+          return scale_row(model, {reset, solve, bytes}, cores, effort_of(options));
         });
       };
       scaled("original", original(openmp::contact_solver_original));
@@ -210,9 +210,9 @@ void contact_batches(const FigureOptions& options, const Model& model, RowsOf& r
 }
 
 // Milliseconds of a frame of the production fluid by module, after one that is not timed.
-void production_modules(const FigureOptions&, const Model&, RowsOf& rows) {
+void production_modules(const FigureOptions& options, const Model&, RowsOf& rows) {
   using namespace production_fluid;
-  const std::string name = "drop_128";
+  const std::string name = options.quick ? "drop_64" : "drop_128";
   const LiquidForm& form = liquid_forms[0];
   const Scene scene = load_scene("scenes/production_fluid/" + name + ".toml");
   Liquid<float> start;

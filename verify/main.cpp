@@ -53,7 +53,11 @@ void add_threads(CLI::App* command, Options& options) {
 }
 
 void add_quick(CLI::App* command, bool& quick) {
-  command->add_flag("--quick", quick, "fewer repeats and sizes, to see that it works");
+  command->add_flag("--quick", quick, "one sample, and one size of each form, to see that it works");
+}
+
+void add_brief(CLI::App* command, bool& brief) {
+  command->add_flag("--brief", brief, "fewer samples: as many as figures show")->excludes("--quick");
 }
 
 // What the model knows of a machine, given instead of measured here: by its name in reports, in whose unit it is
@@ -146,6 +150,7 @@ int main(int argc, char** argv) {
   add_selection(bench_command, options);
   add_threads(bench_command, options);
   add_quick(bench_command, options.quick);
+  add_brief(bench_command, options.brief);
   add_resume(bench_command, options.resume)->needs("--json");
   add_shard(bench_command, shard);
 
@@ -157,6 +162,7 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->check(CLI::Range(1, max_threads));
   add_quick(scale_command, scale_options.quick);
+  add_brief(scale_command, scale_options.brief);
   add_costs(scale_command, scale_options.given);
   add_resume(scale_command, scale_options.resume)->needs("--json");
   add_shard(scale_command, shard);

@@ -13,7 +13,8 @@ namespace lockstep::verify {
 // What all commands that write reports take.
 struct ReportOptions {
   std::string json;            // file for the rows; none if empty
-  bool quick = false;          // fewer repeats and sizes, for a quick test
+  bool quick = false;          // one sample, and one size of each form, to see that it works
+  bool brief = false;          // fewer samples: as many as a figure needs
   bool resume = false;         // go on from the rows in that file
   std::optional<Shard> shard;  // only this share of the cases; all if absent
   std::string command;         // in words, less what changes no row: what shards of one whole have in common

@@ -23,6 +23,11 @@
 
 namespace lockstep::verify {
 
+Effort effort_of(const ReportOptions& options) {
+  if (options.quick) return {1, 0, 0, 1};
+  return options.brief ? Effort{2, .1, .03, 2} : Effort{3, .2, .05, 3};
+}
+
 Model measure_model() {
   progress("what OpenMP and memory cost here");
   Model model = {measure_costs(), last_level_cache(), clock_cost_ns(), 0};
@@ -72,18 +77,6 @@ Model with_given(Model model, const std::map<std::string, double>& given) {
 }
 
 namespace {
-
-// How often to record and, on numbers of cores that the machine has, to time: at least so often, and as often as fits
-// the seconds.
-struct Effort {
-  int least;
-  double seconds_here, seconds_beyond;
-};
-constexpr Effort full_effort = {3, .2, .05}, quick_effort = {1, 0, 0};
-
-// How many times, with minutes between, the rows that can be measured are recorded and timed. Other work on the machine
-// disturbs it for longer than a row takes.
-constexpr int full_passes = 3, quick_passes = 1;
 
 nlohmann::ordered_json less_disturbed(const nlohmann::ordered_json& a, const nlohmann::ordered_json& b) {
   for (const auto* row : {&a, &b})
@@ -148,12 +141,11 @@ nlohmann::ordered_json fields_of(const Replayed& r, const Repeatable& what, int 
           {"waiting", share(r.waiting)}};
 }
 
-nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int cores, bool quick) {
+nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int cores, const Effort& effort) {
   const bool here = cores <= omp_get_num_procs() && !model.of_another;
   Replayed r = {.total = std::numeric_limits<double>::infinity()};
   std::vector<Sample> samples;
   bool whole_teams = true;  // whether the measured runs had as many threads as `cores`
-  const Effort effort = quick ? quick_effort : full_effort;
   const double enough = now() + (here ? effort.seconds_here : effort.seconds_beyond);
   for (int repeat = 0; repeat < effort.least || now() < enough; ++repeat) {
     record_once(what, cores, {&model, 1}, {&r, 1});
@@ -205,7 +197,8 @@ int scale(const ScaleOptions& options) {
     std::ranges::copy_if(rows, std::back_inserter(all), [](const auto& row) { return !row.empty(); });
     return all;
   };
-  const int passes = options.quick || model.of_another ? quick_passes : full_passes;
+  const Effort effort = effort_of(options);
+  const int passes = model.of_another ? 1 : effort.passes;
   for (int pass = 0; pass < passes; ++pass) {
     if (pass > 0) model = less_disturbed(model, measure_model());  // never of another machine
     for (std::size_t k = 0; k < selected.size(); ++k) {
@@ -229,7 +222,7 @@ int scale(const ScaleOptions& options) {
         progress(what + ", " + std::to_string(cores) + " cores" + when);
         nlohmann::ordered_json &kept = rows[k * counts + c], row = named(k * counts);
         const Repeatable what_runs = {run.reset, run.openmp, run.work.bytes, run.work.data};
-        row.update(scale_row(model, what_runs, cores, options.quick));
+        row.update(scale_row(model, what_runs, cores, effort));
         const int before = kept.value("passes", 0);
         kept = kept.empty() ? row : less_disturbed(kept, row);
         kept["passes"] = before + 1;

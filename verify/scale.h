@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include "verify/options.h"
 #include "verify/replay.h"
 
 namespace lockstep::verify {
@@ -39,11 +40,21 @@ void record_once(const Repeatable& what, int cores, std::span<const Model> model
 // The fields of a row that come from the model: modelled_ms, compute_ms, memory_ms and the shares of the cores' time.
 nlohmann::ordered_json fields_of(const Replayed& replayed, const Repeatable& what, int cores, const Model& model);
 
+// How often to record and, on numbers of cores that the machine has, to time: at least so often, and as often as fits
+// the seconds. `passes`: how many times all that is timed is gone through, with minutes between, because other work on
+// the machine disturbs it for longer than a row takes.
+struct Effort {
+  int least;
+  double seconds_here, seconds_beyond;
+  int passes;
+};
+Effort effort_of(const ReportOptions& options);
+
 // A row: cores; modelled_ms, which is the larger of compute_ms and memory_ms; the shares of the cores' time (replay.h);
 // and, if the machine has that many cores and the model is its own, measured_ms, off_by, which is
 // modelled / measured - 1, and whole_cores, which says whether enough of the measured runs had the cores that they
 // asked for (samples.h). The row keeps the least disturbed of the recorded and of the measured runs, because other work
-// on the machine only adds time. There are at least three of each, and as many as fit .2 s (quick: one).
-nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int cores, bool quick);
+// on the machine only adds time.
+nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int cores, const Effort& effort);
 
 }  // namespace lockstep::verify

@@ -63,6 +63,7 @@ std::vector<Selected> select(const Options& options, Purpose purpose) {
       const std::string path = scene_file(options.scene);
       if (kernel.takes(path)) paths.push_back(path);
     }
+    if (options.quick && options.scene.empty()) paths.resize(std::min<std::size_t>(1, paths.size()));
     for (const std::string& path : paths) selected.push_back({kernel, path, selected.size()});
   }
   if (selected.empty() && options.scene.empty())

@@ -25,7 +25,7 @@ MODULES = {
     "move": None,
 }
 KERNELS = {"search": "pairs"}  # where a module's name is not its kernel's; refitting boxes is a hundredth of the search
-SCALED_ON = "ball_92k"
+SCALED_ON = ["ball_92k", "ball_5k"]
 NOTES = ["production_cloth", "scaling"]
 REPORTS = module_times.reports("cloth_modules", "production_cloth", MODULES, KERNELS)
 

@@ -31,6 +31,7 @@ FIGURES = [
     "fsm_over_fmm",
     "scalability",
     "problem_sizes",
+    "every_kernel",
     "modules",
     "cloth_convergence",
     "frame_times",

@@ -13,7 +13,7 @@ PAPER = (
 PAPER_AT_64 = 50
 FORM = "newton"  # of the step
 MODULES = {"update_state": "exact", "forces": "gather", "assemble": "", "solve": "multigrid", "move": None}
-SCALED_ON = "block_370k"
+SCALED_ON = ["block_370k"]
 NOTES = ["production_face", "scaling"]
 REPORTS = module_times.reports("face_modules", "production_face", MODULES)
 

@@ -17,7 +17,7 @@ PAPER = (
 )
 GAMES = [
     ("game rigid body", 1000, "rigid/step", "batches", ["castle_hit", "castle", "pyramid_24"]),
-    ("game fluid", 400, "fluid/step", "pair_lists", ["dam_break_500k", "dam_break_100k"]),
+    ("game fluid", 400, "fluid/step", "pair_lists", ["dam_break_500k", "dam_break_100k", "dam_break_5k"]),
     ("game cloth", 100, "cloth/step", "colours", ["flag_256", "flag_128"]),
 ]
 # Application, the paper's time, the figure whose report has frames of it, and what says how large its scene is.

@@ -2,10 +2,12 @@
 [--resume].
 
 Runs `lockstep bench`, `scale` and `figures` for the reports and kernels that the figures name (REPORTS, see draw.py).
-Options go to the program as they are.
+Kernels of the report `scale` are modelled on the machine's own numbers of cores and on 64, those of `curves` on all
+numbers that `lockstep scale` takes by itself. Options go to the program as they are.
 """
 
 import argparse
+import os
 import pathlib
 import subprocess
 import sys
@@ -14,16 +16,25 @@ import draw
 import source
 
 
-def needed(figures):
-    """{report: its kernels, or None for all} of the figures together."""
-    needs = {}
+def needed(figures, quick=False):
+    """{report: its kernels, or None for all} of the figures together. Quick: where figures name kernels, those that
+    show all kernels show these."""
+    asked = {}
     for figure in figures.values():
         for report, kernels in figure.REPORTS.items():
-            if report in draw.OPTIONAL:
-                continue
-            both = needs.get(report, []), kernels
-            needs[report] = None if None in both else list(dict.fromkeys([*both[0], *both[1]]))
+            if report not in draw.OPTIONAL:
+                asked.setdefault(report, []).append(kernels)
+    needs = {}
+    for report, lists in asked.items():
+        named = list(dict.fromkeys(kernel for kernels in lists for kernel in kernels or []))
+        needs[report] = named if named and (quick or None not in lists) else None
     return needs
+
+
+def few_cores():
+    """1, 2, 4, ... as far as the machine has cores, 2 at least, and 64."""
+    powers = [2**k for k in range(20) if 2**k <= max(2, os.cpu_count())]
+    return ",".join(str(n) for n in sorted({*powers, 64}))
 
 
 def commands(program, folder, needs, options):
@@ -32,10 +43,15 @@ def commands(program, folder, needs, options):
     more += ["--shard", options.shard] if options.shard else []
     found = []
     for report, kernels in needs.items():
-        if report in ("bench", "scale"):
-            selected = ["--kernel", ",".join(kernels)] if kernels else []
-            threads = ["--threads", options.threads] if report == "bench" and options.threads else []
-            found.append([program, report, *selected, *threads, *more, "--json", folder / f"{report}.json"])
+        selected = ["--kernel", ",".join(kernels)] if kernels else []
+        brief = [] if options.quick else ["--brief"]
+        json = ["--json", folder / f"{report}.json"]
+        if report == "bench":
+            threads = ["--threads", options.threads] if options.threads else []
+            found.append([program, "bench", *selected, *threads, *brief, *more, *json])
+        elif report in ("scale", "curves"):
+            cores = ["--cores", few_cores()] if report == "scale" else []
+            found.append([program, "scale", *selected, *cores, *brief, *more, *json])
         else:
             found.append([program, "figures", "--report", report, *more, "--out", folder])
     return found
@@ -51,7 +67,8 @@ def main():
     arguments.add_argument("--quick", action="store_true")
     arguments.add_argument("--resume", action="store_true")
     options = arguments.parse_args()
-    needs = needed(draw.chosen(options.figure))
+    figures = draw.chosen(options.figure)
+    needs = needed(figures, options.quick)
     options.folder.mkdir(parents=True, exist_ok=True)
     for command in commands(options.program, options.folder, needs, options):
         if code := subprocess.run(command).returncode:

@@ -1,8 +1,8 @@
 """A frame by module: what the figures of both production applications have in common.
 
 A figure's module gives: MODULES, the form of each module's kernel in the order of a step, None where a module has no
-kernel of its own; FORM of the step; SCALED_ON, the scene that kernels are modelled on, "" for that of the frame; and
-KERNELS, of modules whose kernels have other names.
+kernel of its own; FORM of the step; SCALED_ON, the scenes that kernels are modelled on, of which the first with results
+is taken; and KERNELS, of modules whose kernels have other names.
 """
 
 import judge
@@ -27,17 +27,17 @@ def table(data, name, domain, figure, counts):
     serial = next(r for r in frames if r["variant"] == "serial")
     one = next(r for r in frames if r["variant"] == "openmp" and r["threads"] == 1)
     many = max((r for r in frames if r["variant"] == "openmp"), key=lambda r: r["threads"])
-    scaled_on = figure.SCALED_ON or serial["scene"]
     ms = [{m["module"]: m["ms"] for m in r["modules"]} for r in (serial, one, many)]
     rows = []
     kernels = kernels_of(domain, figure.MODULES, getattr(figure, "KERNELS", {}))
     for module, form in figure.MODULES.items():
         if form is None or ms[1][module] < 1e-3 * sum(ms[1].values()):
             continue
-        modelled = {
-            r["cores"]: r
-            for r in source.rows_of(data, "scale", kernel=kernels[module], form=form, scene=scaled_on)
-        }
+        on_all = source.rows_of(data, "scale", kernel=kernels[module], form=form)
+        scaled_on = next((scene for scene in figure.SCALED_ON if source.at(on_all, scene=scene)), None)
+        if scaled_on is None:
+            raise source.Missing(f"scale.json: '{kernels[module]}' '{form}' on none of {', '.join(figure.SCALED_ON)}")
+        modelled = {r["cores"]: r for r in on_all if r["scene"] == scaled_on}
         most = max(c for c in modelled if c <= 64)
         one_core = modelled[1]["modelled_ms"]
         gain, of_cores = (one_core / modelled[most][time] for time in ("modelled_ms", "compute_ms"))

@@ -30,7 +30,7 @@ MODULES = [
         PLAIN_THREADS,
         "rigid/sweep_and_prune",
         "batch",
-        ["boxes_100k"],
+        ["boxes_100k", "castle"],
     ),
     ("rigid", "Box-box", PLAIN_LANES, PLAIN_THREADS, "rigid/box_box", "", ["box_pit_4000", "pyramid_24"]),
     ("rigid", "GJK", PLAIN_LANES, PLAIN_THREADS, "rigid/gjk", "cold", ["hull_pit_2000", "hull_soup"]),

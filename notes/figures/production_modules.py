@@ -31,7 +31,7 @@ MODULES = {
     "project": "",
     "extrapolate": "",
 }
-SCALED_ON = ""
+SCALED_ON = ["drop_128"]
 NOTES = ["production_fluid", "scaling"]
 REPORTS = module_times.reports("production_modules", "production_fluid", MODULES)
 
@@ -51,7 +51,7 @@ def here(rows):
     return [
         f"A frame of 1/24 s has {first['substeps']} substeps, and {first['iterations']} iterations of the pressure in"
         " all. Left: the time of each module, all substeps together. Right: what the model of"
-        f" {first['cores']} cores gives to each on the same scene, alone. {module_times.frame_in_words(rows)}"
+        f" {first['cores']} cores gives to each on {first['modelled_on']}, alone. {module_times.frame_in_words(rows)}"
         " The papers' times are of another machine and another scene.",
     ]
 

@@ -17,17 +17,17 @@ WORKLOADS = [
     ("rigid body step", "rigid/step", "batches", ["castle_hit", "castle", "pyramid_24", "box_pit_4000"]),
     ("sweep and prune", "rigid/sweep_and_prune", "batch", ["boxes_100k", "castle"]),
     ("GJK", "rigid/gjk", "cold", ["hull_pit_2000", "hull_soup"]),
-    ("fluid step", "fluid/step", "pair_lists", ["dam_break_500k", "dam_break_100k"]),
+    ("fluid step", "fluid/step", "pair_lists", ["dam_break_500k", "dam_break_100k", "dam_break_5k"]),
     ("cloth step", "cloth/step", "colours", ["flag_256", "flag_128"]),
 ]
 NOTES = ["scaling", "big_machine"]
-REPORTS = {"bench": [kernel for _, kernel, *_ in WORKLOADS], "scale": [kernel for _, kernel, *_ in WORKLOADS]}
+REPORTS = {"bench": [kernel for _, kernel, *_ in WORKLOADS], "curves": [kernel for _, kernel, *_ in WORKLOADS]}
 
 
 def table(data):
     rows = []
     for name, kernel, form, scenes in WORKLOADS:
-        scene = source.first_scene(data, kernel, form, scenes)
+        scene = source.first_scene(data, kernel, form, scenes, "curves")
         rows += [{"workload": name} | r for r in source.over_cores(data, kernel, form, scene)]
     return rows
 

@@ -57,14 +57,14 @@ def row_of(data, name, **wanted):
     return rows_of(data, name, **wanted)[0]
 
 
-def first_scene(data, kernel, form, scenes):
-    """The first of these scenes on which the kernel was both timed and modelled."""
+def first_scene(data, kernel, form, scenes, modelled="scale"):
+    """The first of these scenes on which the kernel was both timed and, in the report of that name, modelled."""
     in_both = {r["scene"] for r in rows_of(data, "bench", kernel=kernel, form=form)}
-    in_both &= {r["scene"] for r in rows_of(data, "scale", kernel=kernel, form=form)}
+    in_both &= {r["scene"] for r in rows_of(data, modelled, kernel=kernel, form=form)}
     for scene in scenes:
         if scene in in_both:
             return scene
-    raise Missing(f"bench.json and scale.json: '{kernel}' '{form}' on none of {', '.join(scenes)}")
+    raise Missing(f"bench.json and {modelled}.json: '{kernel}' '{form}' on none of {', '.join(scenes)}")
 
 
 def where_time_goes(row):
@@ -76,11 +76,11 @@ def where_time_goes(row):
 
 
 def over_cores(data, kernel, form, scene):
-    """Rows of one kernel over cores: measured by `bench` at the machine's thread counts, modelled by `scale` at all."""
+    """Rows of one kernel over cores: measured at the thread counts of `bench`, modelled at the numbers of `curves`."""
     measured = sorted(
         rows_of(data, "bench", kernel=kernel, form=form, scene=scene, variant="openmp"), key=lambda r: r["threads"]
     )
-    modelled = sorted(rows_of(data, "scale", kernel=kernel, form=form, scene=scene), key=lambda r: r["cores"])
+    modelled = sorted(rows_of(data, "curves", kernel=kernel, form=form, scene=scene), key=lambda r: r["cores"])
     rows = []
     for kind, cores, ms, found in [
         ("measured", "threads", "ms", measured),

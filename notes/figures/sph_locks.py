@@ -12,7 +12,7 @@ PAPER = (
     " alone, almost entirely amortise it. The paper gives no numbers."
 )
 NOTES = ["fluid", "scaling"]
-REPORTS = {"bench": ["fluid/step"], "scale": ["fluid/step"]}
+REPORTS = {"bench": ["fluid/step"], "curves": ["fluid/step"]}
 FORMS = {
     "owner_gather": "no lock: each particle gathers its own sums",
     "pair_lists": "no lock: pairs listed once",
@@ -22,7 +22,8 @@ FORMS = {
 
 
 def table(data):
-    scene = source.first_scene(data, "fluid/step", "cell_locks", ["dam_break_500k", "dam_break_100k"])
+    scenes = ["dam_break_500k", "dam_break_100k", "dam_break_5k"]
+    scene = source.first_scene(data, "fluid/step", "cell_locks", scenes, "curves")
     return [r for form in FORMS for r in source.over_cores(data, "fluid/step", form, scene)]
 
 

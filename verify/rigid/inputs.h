@@ -54,8 +54,8 @@ Scenes and_more(Scenes scenes, const std::string& name);  // added by FULL=1
 // The same, and always one in which hulls rest, so that their contacts are kept.
 Scenes with_hulls_at_rest(std::vector<std::string> bench, std::vector<std::string> tsan = {"hull_pit_2000"});
 inline const std::vector<std::string> of_many_bodies = {"castle", "boxes_100k"},
-                                      of_boxes = {"box_pit_4000", "pyramid_24"},
-                                      of_hulls = {"hull_pit_2000", "hull_soup"},
+                                      of_boxes = {"pyramid_24", "box_pit_4000"},
+                                      of_hulls = {"hull_soup", "hull_pit_2000"},
                                       settled = {"pyramid_24", "box_pit_4000", "hull_pit_2000"},
                                       and_castle = {"pyramid_24", "box_pit_4000", "hull_pit_2000", "castle_hit"};
 
