@@ -122,6 +122,31 @@ TEST(scale, a_record_that_notes_locks_is_fitted_to_one_that_does_not) {
   omp_destroy_lock(&lock);
 }
 
+// Two cores, two stretches with a barrier between. Of two records the second one's region has less work, but in it the
+// first core was interrupted. Its other difference is too small for an interruption, and so stays.
+TEST(scale, what_was_interrupted_takes_the_time_of_another_record) {
+  const auto work = [](double ns) { return Event{Event::work, ns}; };
+  const Event barrier = {Event::barrier};
+  Record kept = {2, {{{work(1000), barrier, work(90000)}, {work(2000), barrier, work(2000)}}}, {30, 500}};
+  const Record other = {2, {{{work(26000), barrier, work(2000)}, {work(6999), barrier, work(2000)}}}, {40, 50}};
+  keep_less_disturbed(kept, other);
+  EXPECT_EQ(replay(kept, free_of_charge, 0).total, 30 + 50 + 6999 + 2000);
+  // The other way round the same is kept.
+  Record same = other;
+  keep_less_disturbed(same, {2, {{{work(1000), barrier, work(90000)}, {work(2000), barrier, work(2000)}}}, {30, 500}});
+  EXPECT_EQ(replay(same, free_of_charge, 0).total, 30 + 50 + 6999 + 2000);
+}
+
+// Where chunks went to other cores, stretches are not the same work: the region with less work is kept whole.
+TEST(scale, of_regions_with_other_events_the_one_with_less_work_is_kept) {
+  const auto work = [](double ns) { return Event{Event::work, ns}; };
+  const Event chunk = {Event::dispatch};
+  Record kept = {2, {{{chunk, work(30000), chunk}, {chunk, work(1000), chunk, work(1000), chunk}}}, {0, 0}};
+  keep_less_disturbed(kept,
+                      {2, {{{chunk, work(1000), chunk, work(1000), chunk}, {chunk, work(29000), chunk}}}, {0, 0}});
+  EXPECT_EQ(replay(kept, free_of_charge, 0).total, 29000);
+}
+
 TEST(scale, locks_of_each_own_do_not_wait) {
   std::array<omp_lock_t, 8> locks;
   for (omp_lock_t& lock : locks) omp_init_lock(&lock);

@@ -48,6 +48,12 @@ double work_in(const Region& region) {
   return ns;
 }
 
+bool have_same_events(const Region& a, const Region& b) {
+  return std::ranges::equal(a, b, [](const std::vector<Event>& x, const std::vector<Event>& y) {
+    return std::ranges::equal(x, y, {}, &Event::kind, &Event::kind);
+  });
+}
+
 }  // namespace
 
 void fit(Record& noted, const Record& whole) {
@@ -56,6 +62,20 @@ void fit(Record& noted, const Record& whole) {
     if (had == 0) continue;
     for (std::vector<Event>& events : noted.regions[r])
       for (Event& event : events) event.ns *= has / had;
+  }
+}
+
+void keep_less_disturbed(Record& kept, Record other) {
+  if (kept.regions.size() != other.regions.size()) return;
+  for (std::size_t s = 0; s < kept.serial_ns.size(); ++s)
+    kept.serial_ns[s] = std::min(kept.serial_ns[s], other.serial_ns[s]);
+  for (std::size_t r = 0; r < kept.regions.size(); ++r) {
+    Region &less = kept.regions[r], &more = other.regions[r];
+    if (work_in(more) < work_in(less)) less.swap(more);
+    if (!have_same_events(less, more)) continue;
+    for (std::size_t core = 0; core < less.size(); ++core)
+      for (std::size_t e = 0; e < less[core].size(); ++e)
+        if (less[core][e].ns >= more[core][e].ns + interruption) less[core][e].ns = more[core][e].ns;
   }
 }
 

@@ -226,7 +226,7 @@ class Recorder {
   void end_work() {
     const double ns = stretch();
     members_[running_]->worked += ns;
-    if (ns > 0) add({Event::work, ns});
+    add({Event::work, ns});
   }
 
   void note(Event::Kind kind, const void* which) {

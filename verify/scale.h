@@ -4,9 +4,10 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <span>
+#include <optional>
 #include <string>
 
+#include "verify/record.h"
 #include "verify/replay.h"
 
 namespace lockstep::verify {
@@ -32,9 +33,12 @@ struct Repeatable {
   double data = 0;
 };
 
-// Records the work once on `cores`, and replays this record with each model. Where a replay is shorter than its element
-// of `least`, which starts with an infinite total, it takes its place.
-void record_once(const Repeatable& what, int cores, std::span<const Model> models, std::span<Replayed> least);
+// Records the work once more on `cores`. Of this record and those before, `kept` has what was disturbed least; it is
+// empty before the first.
+void record_once(const Repeatable& what, int cores, const Model& model, std::optional<Record>& kept);
+
+// Replays a record of the work with the model's costs.
+Replayed replay(const Record& record, const Repeatable& what, const Model& model);
 
 // The fields of a row that come from the model: modelled_ms, compute_ms, memory_ms and the shares of the cores' time.
 nlohmann::ordered_json fields_of(const Replayed& replayed, const Repeatable& what, int cores, const Model& model);

@@ -1,7 +1,6 @@
 #include "verify/sizes.h"
 
 #include <cstddef>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,11 +41,10 @@ void problem_sizes(const FigureOptions& options, const Model& model, RowsOf& row
           progress("problem sizes: " + selected.kernel.name + ", " + named.scene);
           if (!run) run = selected.kernel.make(selected.scene_path);
           const Repeatable what = {run->reset, run->openmp, run->work.bytes, run->work.data};
-          Replayed least = {.total = std::numeric_limits<double>::infinity()};
-          for (int repeat = 0; repeat < (options.quick ? 1 : 15); ++repeat)
-            record_once(what, cores, {&model, 1}, {&least, 1});
+          std::optional<Record> kept;
+          for (int repeat = 0; repeat < (options.quick ? 1 : 15); ++repeat) record_once(what, cores, model, kept);
           Rows row = {{"items", run->work.items}, {"unit", run->work.unit}};
-          row.update(fields_of(least, what, cores, model));
+          row.update(fields_of(replay(*kept, what, model), what, cores, model));
           return row;
         });
     }
