@@ -48,11 +48,12 @@ bool has_locks(const Record& record);
 // there is.
 void fit(Record& noted, const Record& whole);
 
-// Of two records of the same work on as many cores, keeps in `kept` the less disturbed: of each region the one with
-// less work, and of each serial part the shorter (`kept` as it is, if the other has not as many). In regions with the same events, as all without chunks have, stretches
-// of work are compared, too: one that took at least `interruption` longer than in the other record was interrupted, by
-// the system or by what else runs on the machine, and takes the other's time. Smaller differences stay, because they are
-// the work's own: caches are not the same at each time.
+// Of two records of the same work on as many cores, keeps in `kept` what was disturbed less: of each region the one with
+// less work, and of each serial part the shorter. In regions with the same events, as all without chunks have, it
+// compares stretches of work, too. One that took at least `interruption` longer than in the other record was
+// interrupted, by the system or by what else runs on the machine, and takes the other's time. Smaller differences stay,
+// because they are the work's own: caches are not the same each time. A record with another number of regions is not
+// the same work and changes nothing.
 constexpr double interruption = 5000;  // ns
 void keep_less_disturbed(Record& kept, Record other);
 

@@ -2,8 +2,8 @@
 //
 // Which batch a contact joins depends on every earlier contact at its bodies, and so on: a chain through the whole
 // pile. `batches` and `batches_folded` read and order contacts in parallel and choose in sequence. `batches_parallel`
-// makes the choice in parallel, too (openmp/batches.h). Its slabs lie across x, because piles are numbered layer by layer
-// upwards, and chains climb with the numbers. Costs, and where it would pay: notes/batches.md.
+// makes the choice in parallel, too (openmp/batches.h). Its slabs lie across x, because piles are numbered layer by
+// layer upwards, and chains climb with the numbers. Costs, and where it would pay: notes/batches.md.
 //
 // Source: [LRB08] Figure 13. The contract stands in common/rigid/batches.h, the rule in common/batches.cpp.
 #include "common/rigid/batches.h"
