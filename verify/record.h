@@ -48,8 +48,8 @@ bool has_locks(const Record& record);
 // there is.
 void fit(Record& noted, const Record& whole);
 
-// Of two records of the same work on as many cores, keeps in `kept` what was disturbed less: of each region the one with
-// less work, and of each serial part the shorter. In regions with the same events, as all without chunks have, it
+// Of two records of the same work on as many cores, keeps in `kept` what was disturbed less: of each region the one
+// with less work, and of each serial part the shorter. In regions with the same events, as all without chunks have, it
 // compares stretches of work, too. One that took at least `interruption` longer than in the other record was
 // interrupted, by the system or by what else runs on the machine, and takes the other's time. Smaller differences stay,
 // because they are the work's own: caches are not the same each time. A record with another number of regions is not
