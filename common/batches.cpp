@@ -1,6 +1,6 @@
 // Each object keeps the set of batches that touch it, one bit per batch in words of 64. The earliest batch free of both
 // objects of a constraint is the lowest zero in the union of their sets. Few objects are in more than 64 batches. So
-// the first words are an array over the objects. Later words are kept only if they hold a batch and are not full. A
+// the first words stand in an array of the objects. Later words are kept only if they hold a batch and are not full. A
 // dense array of all words would take n^2 / 8 bytes where one object is in n constraints.
 #include "common/batches.h"
 
@@ -46,24 +46,20 @@ class LaterBatches {
   std::unordered_map<std::uint64_t, std::uint64_t> words_;
 };
 
-// Constraints put in the order of their batches, 0 .. batches - 1.
-Batches in_batches(const std::vector<std::int32_t>& batch_of, int count) {
-  Batches batches;
-  batches.begin.assign(count + 1, 0);
-  for (const std::int32_t batch : batch_of) ++batches.begin[batch + 1];
-  std::partial_sum(batches.begin.begin(), batches.begin.end(), batches.begin.begin());
-  std::vector<std::int32_t> next(batches.begin.begin(), batches.begin.end() - 1);
-  batches.order.resize(batch_of.size());
-  for (std::size_t k = 0; k < batch_of.size(); ++k) batches.order[next[batch_of[k]]++] = static_cast<std::int32_t>(k);
-  return batches;
-}
+// What the choice knows of an object.
+struct Object {
+  std::uint64_t first = 0;  // batches 0 .. 63, one bit each: those with a constraint of the object
+  std::uint32_t next = 0;   // of folded levels: the turn after that of its last constraint
+  bool movable = false;     // what stands above counts
+};
 
-// Each constraint joins batch choice(i, j, taken), of those in 0 .. 63 that are not taken at either of its objects i
-// and j, or the earliest batch after these if all are.
+// Each constraint joins batch choice(object, other, taken), of those in 0 .. 63 that are not taken at either of its
+// objects, or the earliest batch after these if all are.
 template <class Choice>
-Batches choose(std::span<const std::int32_t> a, std::span<const std::int32_t> b, std::span<const char> movable,
-               Choice choice) {
-  std::vector<std::uint64_t> first(movable.size());  // [object]: batches 0 .. 63
+int choose(std::span<const std::int32_t> a, std::span<const std::int32_t> b, std::span<const char> movable,
+           std::span<std::int32_t> batch_of, Choice choice) {
+  std::vector<Object> objects(movable.size());
+  for (std::size_t i = 0; i < movable.size(); ++i) objects[i].movable = movable[i];
   LaterBatches later;
   const auto join_later = [&](std::int32_t i, std::int32_t j) {
     int word = std::max(movable[i] ? later.first_free_word(i) : 1, movable[j] ? later.first_free_word(j) : 1);
@@ -75,41 +71,66 @@ Batches choose(std::span<const std::int32_t> a, std::span<const std::int32_t> b,
     return batch;
   };
 
-  std::vector<std::int32_t> batch_of(a.size());
   int batches = 0;
   for (std::size_t k = 0; k < a.size(); ++k) {
-    const std::int32_t i = a[k], j = b[k];
-    const std::uint64_t taken = (movable[i] ? first[i] : 0) | (movable[j] ? first[j] : 0);
+    Object &i = objects[a[k]], &j = objects[b[k]];
+    const std::uint64_t taken = (i.movable ? i.first : 0) | (j.movable ? j.first : 0);
     if (taken != full_word) {
       batch_of[k] = choice(i, j, taken);
-      first[i] |= bit_of(batch_of[k]);
-      first[j] |= bit_of(batch_of[k]);
+      i.first |= bit_of(batch_of[k]);
+      j.first |= bit_of(batch_of[k]);
     } else {
-      batch_of[k] = join_later(i, j);
+      batch_of[k] = join_later(a[k], b[k]);
     }
     batches = std::max(batches, batch_of[k] + 1);
   }
-  return in_batches(batch_of, batches);
+  return batches;
 }
 
 }  // namespace
 
+int choose_batches(std::span<const std::int32_t> a, std::span<const std::int32_t> b, std::span<const char> movable,
+                   std::span<std::int32_t> batch_of) {
+  return choose(a, b, movable, batch_of,
+                [](const Object&, const Object&, std::uint64_t taken) { return std::countr_one(taken); });
+}
+
+int choose_folded_levels(std::span<const std::int32_t> a, std::span<const std::int32_t> b,
+                         std::span<const char> movable, std::span<std::int32_t> batch_of) {
+  constexpr std::uint64_t ring = bit_of(ring_batches) - 1;
+  return choose(a, b, movable, batch_of, [](Object& i, Object& j, std::uint64_t taken) {
+    if ((taken & ring) == ring) return std::countr_one(taken);
+    const std::uint32_t from = std::max(i.movable ? i.next : 0, j.movable ? j.next : 0);
+    // The ring twice in a row, so that the turns that are taken from here on are a run of ones.
+    const std::uint64_t twice = (taken & ring) << ring_batches | (taken & ring);
+    const std::uint32_t turn = from + std::countr_one(twice >> from % ring_batches);
+    i.next = j.next = turn + 1;
+    return static_cast<int>(turn % ring_batches);
+  });
+}
+
+Batches in_batches(std::span<const std::int32_t> batch_of, int count) {
+  Batches batches;
+  batches.begin.assign(count + 1, 0);
+  for (const std::int32_t batch : batch_of) ++batches.begin[batch + 1];
+  std::partial_sum(batches.begin.begin(), batches.begin.end(), batches.begin.begin());
+  std::vector<std::int32_t> next(batches.begin.begin(), batches.begin.end() - 1);
+  batches.order.resize(batch_of.size());
+  for (std::size_t k = 0; k < batch_of.size(); ++k) batches.order[next[batch_of[k]]++] = static_cast<std::int32_t>(k);
+  return batches;
+}
+
 Batches make_batches(std::span<const std::int32_t> a, std::span<const std::int32_t> b, std::span<const char> movable) {
-  return choose(a, b, movable,
-                [](std::int32_t, std::int32_t, std::uint64_t taken) { return std::countr_one(taken); });
+  std::vector<std::int32_t> batch_of(a.size());
+  const int count = choose_batches(a, b, movable, batch_of);
+  return in_batches(batch_of, count);
 }
 
 Batches make_folded_levels(std::span<const std::int32_t> a, std::span<const std::int32_t> b,
                            std::span<const char> movable) {
-  constexpr std::uint64_t ring = bit_of(ring_batches) - 1;
-  std::vector<std::int32_t> next(movable.size(), 0);  // [object]: the turn after that of its last constraint
-  return choose(a, b, movable, [&](std::int32_t i, std::int32_t j, std::uint64_t taken) {
-    if ((taken & ring) == ring) return std::countr_one(taken);
-    int turn = std::max(movable[i] ? next[i] : 0, movable[j] ? next[j] : 0);
-    while (taken & bit_of(turn % ring_batches)) ++turn;
-    next[i] = next[j] = turn + 1;
-    return turn % ring_batches;
-  });
+  std::vector<std::int32_t> batch_of(a.size());
+  const int count = choose_folded_levels(a, b, movable, batch_of);
+  return in_batches(batch_of, count);
 }
 
 Batches make_levels(std::span<const std::int32_t> a, std::span<const std::int32_t> b, std::span<const char> movable) {

@@ -22,7 +22,7 @@ struct Batches {
 // conflicts with nobody, because nothing is ever written to it.
 //
 // Objects in m constraints each end up in at most 2 m - 1 batches. Time: proportional to the constraints; a constraint
-// beyond the first 64 batches passes over words of 64 that are full. Memory, besides the result: 8 bytes an object and
+// beyond the first 64 batches passes over words of 64 that are full. Memory, besides the result: 16 bytes an object and
 // 4 a constraint; some 100 bytes for each constraint beyond the first 64 batches.
 //
 // Source: [LRB08] "Algorithm restructuring", Figure 13; [ITJ07] on the same rule for contact constraints.
@@ -39,10 +39,17 @@ Batches make_levels(std::span<const std::int32_t> a, std::span<const std::int32_
 // impulse along up to `ring_batches` constraints of a chain. In earliest batches those of a chain alternate between
 // two.
 //
-// Objects in m constraints each end up in at most max(ring_batches, 2 m - 1) batches. Time and memory as make_batches,
-// and 4 bytes an object.
+// Objects in m constraints each end up in at most max(ring_batches, 2 m - 1) batches. Time and memory as make_batches.
 inline constexpr int ring_batches = 8;
 Batches make_folded_levels(std::span<const std::int32_t> a, std::span<const std::int32_t> b,
                            std::span<const char> movable);
+
+// The two steps of make_batches and make_folded_levels. The choice: batch_of[k] is constraint k's batch; returns how
+// many batches there are. The order: constraints put in the order of their batches, 0 .. count - 1.
+int choose_batches(std::span<const std::int32_t> a, std::span<const std::int32_t> b, std::span<const char> movable,
+                   std::span<std::int32_t> batch_of);
+int choose_folded_levels(std::span<const std::int32_t> a, std::span<const std::int32_t> b,
+                         std::span<const char> movable, std::span<std::int32_t> batch_of);
+Batches in_batches(std::span<const std::int32_t> batch_of, int count);
 
 }  // namespace lockstep

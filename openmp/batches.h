@@ -1,11 +1,12 @@
-// Constraints put into batches in parallel: the batches of make_batches (common/batches.h), number by number.
+// Constraints put into batches: those of common/batches.h, number by number.
 //
-// Kept as a form to compare with: at the sizes of our scenes, a million constraints and fewer, it never pays, and the
-// step takes the serial choice (notes/batches.md). Memory, besides the result: 64 bytes an object, 4 bytes an object
-// and thread, and 22 bytes a constraint.
+// make_batches and make_folded_levels choose in sequence and order constraints in parallel. make_batches_in_parallel
+// makes the choice in parallel, too. It is kept as a form to compare with: at the sizes of our scenes, a million
+// constraints and fewer, it never pays (notes/batches.md). Memory, besides the result: 64 bytes an object, 4 bytes an
+// object and thread, and 22 bytes a constraint.
 //
-// Three phases, with barriers between: ranks, counted as in a radix sort; the choice of batches (openmp/first_fit.h);
-// the order of constraints by batch, a counting sort.
+// It has three phases: ranks, counted as in a radix sort; the choice of batches (openmp/first_fit.h); the order of
+// constraints by batch, a counting sort.
 //
 // Which thread has which constraints decides how often threads wait. Constraints that are near in the order or in space
 // depend on each other. Splitting by index would make each thread wait for the end of its predecessor's part. So
@@ -23,10 +24,49 @@
 #include <vector>
 
 #include "common/batches.h"
+#include "openmp/counting_sort.h"
 #include "openmp/first_fit.h"
 #include "openmp/share.h"
 
 namespace lockstep::openmp {
+
+// As lockstep::in_batches.
+inline Batches in_batches(std::span<const std::int32_t> batch_of, int count) {
+  Batches batches;
+  batches.order.resize(batch_of.size());
+  batches.begin.resize(count + 1);
+  CountingSort sort(count);
+  // A thread moves its own share of the constraints to where the sort tells it.
+#pragma omp parallel
+  {
+    const Share mine = my_share(static_cast<int>(batch_of.size()));
+    sort(
+        [&](const auto& visit) {
+          for (int k = mine.begin; k < mine.end; ++k) visit(k, batch_of[k]);
+        },
+        [to = batches.order.data()](std::int32_t k, int place) { to[place] = k; }, batches.begin.data());
+  }
+  return batches;
+}
+
+// The calling thread's own, kept from call to call (openmp/spatial/workspace.h says why): n batches to write.
+inline std::span<std::int32_t> own_batches(std::size_t n) {
+  thread_local std::vector<std::int32_t> mine;
+  if (mine.size() < n) mine.resize(n);
+  return std::span(mine).first(n);
+}
+
+inline Batches make_batches(std::span<const std::int32_t> a, std::span<const std::int32_t> b,
+                            std::span<const char> movable) {
+  const std::span<std::int32_t> batch_of = own_batches(a.size());
+  return in_batches(batch_of, choose_batches(a, b, movable, batch_of));
+}
+
+inline Batches make_folded_levels(std::span<const std::int32_t> a, std::span<const std::int32_t> b,
+                                  std::span<const char> movable) {
+  const std::span<std::int32_t> batch_of = own_batches(a.size());
+  return in_batches(batch_of, choose_folded_levels(a, b, movable, batch_of));
+}
 
 // As make_batches, for constraints between two different objects each. place(i), a number, grows along the axis with
 // the place of object i.
@@ -42,14 +82,10 @@ Batches make_batches_in_parallel(std::span<const std::int32_t> a, std::span<cons
   const int most_threads = omp_get_max_threads();
   std::vector<decltype(place(0))> sample, cuts;  // cuts[thread]: where the objects of the next one begin
   sample.reserve(16 * most_threads), cuts.reserve(most_threads);
-  // [thread][object]: the rank there of the next constraint; then [thread][batch].
-  std::vector<std::vector<std::int32_t>> next(most_threads, std::vector<std::int32_t>(std::max(objects, most_batches)));
+  // [thread][object]: the rank there of the next constraint.
+  std::vector<std::vector<std::int32_t>> next(most_threads, std::vector<std::int32_t>(objects));
   std::vector<int> bound(most_threads), reached(most_threads);  // [thread]: batches, at the most and in fact
   std::vector<std::atomic<int>> rounds(most_threads);
-  Batches batches;
-  batches.order.resize(constraints);
-  batches.begin.reserve(most_batches + 1);
-  batches.begin = {0};
 
   // Each thread writes the numbers and counts of its own share. Barriers stand between one thread's writing and
   // another's reading.
@@ -91,27 +127,13 @@ Batches make_batches_in_parallel(std::span<const std::int32_t> a, std::span<cons
     bound[me] = most;
 #pragma omp barrier
 
-    if (std::ranges::max(bound) <= most_batches) {
+    if (std::ranges::max(bound) <= most_batches)
       reached[me] = first_fit(thread_of, {ranked.get(), a.size()}, object.get(), batch_of.data(),
                               {rounds.data(), std::size_t(threads)});
-#pragma omp barrier
-      // The order of the batches, counted as the ranks are.
-      const int count = std::ranges::max(reached);
-      std::int32_t* to = next[me].data();
-      std::fill_n(to, count, 0);
-      for (int k = mine.begin; k < mine.end; ++k) ++to[batch_of[k]];
-#pragma omp barrier
-#pragma omp single
-      for (int batch = 0, sum = 0; batch < count; ++batch) {
-        for (std::vector<std::int32_t>& of_thread : next) sum += std::exchange(of_thread[batch], sum);
-        batches.begin.push_back(sum);
-      }
-      for (int k = mine.begin; k < mine.end; ++k) batches.order[to[batch_of[k]]++] = k;
-    }
   }
   // An object has too many constraints. Each of them waits for the one before it, so little is parallel.
   if (std::ranges::max(bound) > most_batches) return make_batches(a, b, movable);
-  return batches;
+  return in_batches(batch_of, std::ranges::max(reached));
 }
 
 }  // namespace lockstep::openmp

@@ -35,7 +35,7 @@ double making_bytes(double particles, double constraints, double triangles, doub
   constexpr double in_making = 2 * sizeof(int) + 64;  // its batch and place; the edge of a mesh that brought it
   constexpr double growing = 2;                       // a list that grows is held twice
   constexpr double triangle = 3 * reals + 2 * 6 * sizeof(int);  // its force; itself, and its corners
-  constexpr double first_batches = sizeof(std::uint64_t);       // of a particle: one bit a batch, see make_batches
+  constexpr double first_batches = 2 * sizeof(std::uint64_t);   // of a particle, see make_batches
   // Batches from 64 on are kept constraint by constraint. There are fewer than twice the constraints of a particle.
   const double later_batch = 2 * most_constraints_of_a_particle > 64 ? 100 : 0;
   return particles * (particle + first_batches) + growing * constraints * (constraint + in_making) +

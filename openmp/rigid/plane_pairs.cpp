@@ -32,9 +32,13 @@ struct Plane {
 
 std::vector<Plane> planes_of(const Colliders<Real>& colliders, std::span<const Pose<Real>> placed) {
   std::vector<Plane> planes;
-  for (int i = 0; i < colliders.count; ++i)
-    if (colliders.kind[i] == static_cast<std::int32_t>(Kind::plane))
-      planes.push_back({i, colliders.group[i], matrix_of(placed[i].orientation).y, placed[i].position});
+  for (int first = 0; first < colliders.count; first += lanes) {
+    const intv kind = load(&colliders.kind[first], first_lanes(colliders.count - first));
+    if (none(first_lanes(colliders.count - first) & (kind == static_cast<std::int32_t>(Kind::plane)))) continue;
+    for (int i = first; i < std::min(first + lanes, colliders.count); ++i)
+      if (colliders.kind[i] == static_cast<std::int32_t>(Kind::plane))
+        planes.push_back({i, colliders.group[i], matrix_of(placed[i].orientation).y, placed[i].position});
+  }
   return planes;
 }
 

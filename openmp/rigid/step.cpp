@@ -6,14 +6,12 @@
 // Source: [LRB08] Figure 4. The contract stands in common/rigid/step.h.
 #include "common/rigid/step.h"
 
-#include <algorithm>
-#include <iterator>
-
 #include "common/real.h"
 #include "common/rigid/batches.h"
 #include "common/rigid/integrate.h"
 #include "common/rigid/match_contacts.h"
 #include "common/stopwatch.h"
+#include "openmp/spatial/merge_pairs.h"
 
 namespace lockstep::rigid::openmp {
 namespace {
@@ -45,8 +43,7 @@ void step(const StepSettings& settings, World<Real>& world, StepMemory<Real>& me
   bvh_pairs(memory.tree, memory.bounds, group, memory.bounded);
   const std::span<const Pose<Real>> placed(memory.placed.data(), colliders.count);
   plane_pairs(colliders, placed, memory.bounds, memory.with_planes);
-  memory.pairs.clear();
-  std::ranges::merge(memory.bounded, memory.with_planes, std::back_inserter(memory.pairs));
+  spatial::openmp::merge_pairs(memory.bounded, memory.with_planes, memory.pairs);
   done();
 
   memory.manifolds.swap(memory.last_manifolds);

@@ -76,11 +76,14 @@ inline const PairList& joined(const std::vector<PairList>& lists) {
   require_pairs_fit(count, static_cast<double>(all.b.size()));
   grow(all.a, static_cast<std::size_t>(count));
   grow(all.b, static_cast<std::size_t>(count));
-  all.count = 0;
-  for (const PairList& list : lists) {
-    std::copy_n(list.a.begin(), list.count, all.a.begin() + all.count);
-    std::copy_n(list.b.begin(), list.count, all.b.begin() + all.count);
-    all.count += list.count;
+  all.count = static_cast<int>(count);
+  // Each list belongs to one thread, which writes behind the lists before it.
+#pragma omp parallel for schedule(static)
+  for (std::size_t l = 0; l < lists.size(); ++l) {
+    int before = 0;
+    for (std::size_t k = 0; k < l; ++k) before += lists[k].count;
+    std::copy_n(lists[l].a.begin(), lists[l].count, all.a.begin() + before);
+    std::copy_n(lists[l].b.begin(), lists[l].count, all.b.begin() + before);
   }
   return all;
 }

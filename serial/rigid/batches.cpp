@@ -9,8 +9,6 @@
 // Source: [LRB08] Figure 13. The contract stands in common/rigid/batches.h, the rule in common/batches.cpp.
 #include "common/rigid/batches.h"
 
-#include <utility>
-
 #include "common/real.h"
 
 namespace lockstep::rigid::serial {
@@ -24,14 +22,16 @@ struct Constraints {
 Constraints constraints_of(std::span<const Manifold<Real>> manifolds, std::span<const std::int32_t> body,
                            const Bodies<Real>& bodies) {
   const int contacts = static_cast<int>(manifolds.size());
-  std::vector<std::int32_t> a(contacts), b(contacts);
+  Constraints mine;
+  std::vector<std::int32_t>&a = mine.a, &b = mine.b;
+  std::vector<char>& movable = mine.movable;
+  a.resize(contacts), b.resize(contacts), movable.resize(bodies.count);
   for (int k = 0; k < contacts; ++k) {
     a[k] = body[manifolds[k].a];
     b[k] = body[manifolds[k].b];
   }
-  std::vector<char> movable(bodies.count);
   for (int i = 0; i < bodies.count; ++i) movable[i] = bodies.inverse_mass[i].w > 0;
-  return {std::move(a), std::move(b), std::move(movable)};
+  return mine;
 }
 
 }  // namespace

@@ -1,0 +1,17 @@
+// Merges two lists of pairs, in sequence. In parallel: openmp/spatial/merge_pairs.h.
+#pragma once
+
+#include <algorithm>
+#include <iterator>
+
+#include "common/spatial/pairs.h"
+
+namespace lockstep::spatial::serial {
+
+// Out: the pairs of two lists, each in order, in order.
+inline void merge_pairs(const Pairs& a, const Pairs& b, Pairs& merged) {
+  merged.clear();
+  std::ranges::merge(a, b, std::back_inserter(merged));
+}
+
+}  // namespace lockstep::spatial::serial
