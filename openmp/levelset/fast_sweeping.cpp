@@ -6,10 +6,10 @@
 // (common/levelset/reach.h) is visited eight times a round.
 //
 // In a sweep a point waits only for the three neighbours before it. Sixteen lines along x are worked on at once, one
-// lane each, every one a step behind the line before (skewed.h). Such tiles wait for the tile before in their plane and
-// the same tile of the plane before. Where threads are many, tiles are cut along the lines as well, and wait for the
-// cut before. Threads share what lies on a diagonal of this grid: the wavefront of the sweep. Every point reads the
-// same values as in a serial sweep, so the bits are the same.
+// lane each, every one a step behind the line before (skewed.h). Threads take slabs of a few planes in turn. In a slab,
+// planes are worked on side by side, each a window of vectors behind the one before, and a slab waits for the one before
+// it by a flag (openmp/flags.h), window by window. Every point reads the same values as in a serial sweep, so the bits
+// are the same. How thick slabs and how long windows are follows the number of threads.
 //
 // Source: [ITJ07] Figure 8; Zhao, Math. Comp. 74 (2005); Detrixhe, Gibou and Min, J. Comput. Phys. 237 (2013). The
 // contract stands in common/levelset/fast_sweeping.h.
@@ -138,14 +138,16 @@ class Strands {
   int count_ = 0;
 };
 
-// How lines are cut into windows of so many vectors, and the windows of a plane in the order of a sweep: tile by tile.
+// Lines are cut into windows of vectors. A sweep goes through those of a plane tile by tile, and counts them.
 struct Windows {
   int tiles, length, of_line;
 
-  Windows(const Skewed& d, int cuts)
-      : tiles(d.tiles()),
-        length((d.vectors_of_line() + cuts - 1) / cuts),
-        of_line((d.vectors_of_line() + length - 1) / length) {}
+  // `least` windows a plane, if none is so short that the tile before is read more than one window ahead.
+  Windows(const Skewed& d, int least) : tiles(d.tiles()) {
+    const int line = d.vectors_of_line(), cuts = std::clamp((least + tiles - 1) / tiles, 1, line / lanes);
+    length = (line + cuts - 1) / cuts;
+    of_line = (line + length - 1) / length;
+  }
   int count() const { return tiles * of_line; }
 };
 
@@ -192,14 +194,18 @@ class Walk {
   Extent run_ = {0, 0}, piece_ = {0, 0};
 };
 
-constexpr int most_planes = 16;
-
+// Planes side by side, and how far sweeps have come in the last of them: in how many windows, of all sweeps.
+constexpr int most_planes = 8;
 struct Slab {
   Extent planes;
   const Flag* before;  // of the slab before in the sweep, if there is one
   Flag* mine;
 };
 
+// Sweeps a slab. Each plane is a window behind the one before it, so what the planes do at a time is independent: a
+// piece waits for windows of its plane that are done, tile before included, and for its window in the plane before. The
+// first plane finds that in the slab before, by its flag. It waits only where it has a piece. Before its last sweep,
+// which went the other way along z, the slab after waited likewise; so it has read what this sweep overwrites.
 template <int step>
 bool sweep_slab(const Skewed& d, const Windows& windows, const Slab& slab, int step_z, int base, floatv spacing,
                 floatv band) {
@@ -237,14 +243,16 @@ int fast_sweeping_sweeps(Distances<Real>& distances, Real band, int rounds) {
   const LargePages memory(floats + omp_get_max_threads() * of_thread);
   for (Skewed* d : {&straight, &mirrored}) d->place(memory.floats());
   const int nz = straight.planes();
-  std::vector<Flag> flags(nz);
-  std::atomic<int> last_change = -1;
+  std::vector<Flag> flags(nz);        // [slab]
+  std::atomic<int> last_change = -1;  // the last round in which a thread changed something
+  // A thread writes planes of its own slabs alone. Flags guard the planes beside them within four sweeps, barriers
+  // before and after a layout takes over. Behind the last barrier of a round all threads read the same last_change, or
+  // that of a later round, and go on together.
 #pragma omp parallel
   {
     const int thread = omp_get_thread_num(), threads = omp_get_num_threads();
-    const int thickness = getenv("B") ? atoi(getenv("B")) : std::clamp(nz / (2 * threads), 1, most_planes);
-    const int slabs = (nz + thickness - 1) / thickness;
-    const Windows windows(straight, getenv("C") ? atoi(getenv("C")) : 1);
+    const int thickness = std::clamp(nz / (2 * threads), 1, most_planes), slabs = (nz + thickness - 1) / thickness;
+    const Windows windows(straight, 2 * threads * thickness);
     float* const lines = memory.floats() + floats + thread * of_thread;
     std::fill(lines, lines + of_thread, far<float>);
     const auto for_each_plane = [&](const auto& f) {
@@ -256,15 +264,13 @@ int fast_sweeping_sweeps(Distances<Real>& distances, Real band, int rounds) {
       mirrored.find_fixed(distances.interface, z);
       straight.begin(distances, z);
     });
-#pragma omp barrier
     int sweeps = 0;
     const auto sweep_four_times = [&](const Skewed& d) {
       bool changed = false;
       for (int i = 0; i < 4; ++i, ++sweeps) {
-        const int step_z = i % 2 == 0 ? 1 : -1;
-        const int rows = (slabs - thread + threads - 1) / threads;
-        for (int j = 0; j < rows; ++j) {
-          const int s = thread + (step_z > 0 ? j : rows - 1 - j) * threads;
+        const int step_z = i % 2 == 0 ? 1 : -1, mine = (slabs - thread + threads - 1) / threads;
+        for (int j = 0; j < mine; ++j) {
+          const int s = thread + (step_z > 0 ? j : mine - 1 - j) * threads;
           const int before = s - step_z;
           const Slab slab{{s * thickness, std::min((s + 1) * thickness, nz)},
                           before >= 0 && before < slabs ? &flags[before] : nullptr,
