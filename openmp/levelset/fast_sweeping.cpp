@@ -7,8 +7,8 @@
 //
 // In a sweep a point waits only for the three neighbours before it. Sixteen lines along x are worked on at once, one
 // lane each, every one a step behind the line before (skewed.h). Threads take slabs of a few planes in turn. In a slab,
-// planes are worked on side by side, each a window of vectors behind the one before, and a slab waits for the one before
-// it by a flag (openmp/flags.h), window by window. Every point reads the same values as in a serial sweep, so the bits
+// planes are worked on side by side, each a window of vectors behind the one before. A slab waits for the one before it
+// by a flag (openmp/flags.h), window by window. Every point reads the same values as in a serial sweep, so the bits
 // are the same. How thick slabs and how long windows are follows the number of threads.
 //
 // Source: [ITJ07] Figure 8; Zhao, Math. Comp. 74 (2005); Detrixhe, Gibou and Min, J. Comput. Phys. 237 (2013). The
@@ -91,8 +91,8 @@ void move_on(Cursor& s, int n) {
   s.left -= n;
 }
 
-// Runs that do not wait for one another, worked on side by side. A vector waits for the one before it, for as long as an
-// upwind solution takes: four runs at once hide that latency.
+// Runs that do not wait for one another, worked on side by side. A vector waits for the one before it, for as long as
+// an upwind solution takes: four runs at once hide that latency.
 template <int step>
 class Strands {
  public:
