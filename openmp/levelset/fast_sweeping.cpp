@@ -251,7 +251,7 @@ int fast_sweeping_sweeps(Distances<Real>& distances, Real band, int rounds) {
 #pragma omp parallel
   {
     const int thread = omp_get_thread_num(), threads = omp_get_num_threads();
-    const int thickness = std::clamp(nz / (2 * threads), 1, most_planes), slabs = (nz + thickness - 1) / thickness;
+    const int thickness = std::clamp(nz / (4 * threads), 2, most_planes), slabs = (nz + thickness - 1) / thickness;
     const Windows windows(straight, 3 * (threads - 1) * thickness);
     float* const lines = memory.floats() + floats + thread * of_thread;
     std::fill(lines, lines + of_thread, far<float>);
