@@ -34,11 +34,12 @@ CXX   = g++
 FLAGS = -std=c++20 -O3 $(isa_$(ISA)) -ffp-contract=off -fno-math-errno -fopenmp $(warnings)
 warnings = -Wall -Wextra -Wno-bitwise-instead-of-logical
 LIBS  = -lqhull_r
-# Calls to OpenMP's runtime that the linker sends through verify/record_wraps.cpp.
+# Calls to OpenMP's runtime, and of flags, that the linker sends through verify/record_wraps.cpp.
 WRAPPED = GOMP_parallel GOMP_parallel_sections GOMP_parallel_loop_nonmonotonic_dynamic GOMP_barrier \
   GOMP_loop_nonmonotonic_dynamic_start GOMP_loop_nonmonotonic_dynamic_next GOMP_loop_ull_nonmonotonic_dynamic_start \
   GOMP_loop_ull_nonmonotonic_dynamic_next GOMP_loop_end GOMP_loop_end_nowait GOMP_sections_next GOMP_sections_end_nowait \
-  GOMP_single_start omp_get_thread_num omp_get_num_threads omp_get_max_threads omp_set_lock omp_unset_lock
+  GOMP_single_start omp_get_thread_num omp_get_num_threads omp_get_max_threads omp_set_lock omp_unset_lock \
+  lockstep_post lockstep_await
 WRAPS = $(WRAPPED:%=-Wl,--wrap=%)
 LINK  = $(CXX) $(FLAGS) $(WRAPS)
 PYTHON = /usr/bin/python3

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "openmp/flags.h"
 #include "verify/record.h"
 #include "verify/replay.h"
 
@@ -137,6 +138,55 @@ TEST(scale, locks_of_each_own_do_not_wait) {
   EXPECT_EQ(modelled(8, work), 50);
 }
 
+// One link a thread, each of which waits for the one before.
+TEST(scale, chain_of_flags) {
+  const auto work = [] {
+    std::vector<openmp::Flag> flags(64);
+#pragma omp parallel
+    {
+      const int thread = omp_get_thread_num();
+      if (thread > 0) openmp::await(flags[thread - 1], 1);
+      spend(100);
+      openmp::post(flags[thread], 1);
+    }
+  };
+  Costs costs;
+  costs.flag = 7;
+  for (const int cores : {1, 2, 16, 64}) {
+    EXPECT_EQ(modelled(cores, work), 100 * cores) << cores;
+    EXPECT_EQ(modelled(cores, work, costs), 100 * cores + 7 * (cores - 1)) << cores;
+  }
+}
+
+// Every thread goes through twelve windows, each of them after the thread before. The first one's take longer in the
+// second half, so all others wait for it there.
+TEST(scale, pipeline_of_slabs) {
+  constexpr int windows = 12;
+  double first = 10;
+  const auto work = [&] {
+    std::vector<openmp::Flag> flags(64);
+#pragma omp parallel
+    {
+      const int thread = omp_get_thread_num();
+      for (int w = 0; w < windows; ++w) {
+        if (thread > 0) openmp::await(flags[thread - 1], w + 1);
+        spend(thread == 0 ? first : 10);
+        openmp::post(flags[thread], w + 1);
+      }
+    }
+  };
+  Costs costs;
+  costs.flag = 3;
+  for (const int cores : {1, 2, 16, 64}) EXPECT_EQ(modelled(cores, work), 10 * (windows + cores - 1)) << cores;
+  EXPECT_EQ(modelled(1, work, costs), 120);
+  EXPECT_EQ(modelled(2, work, costs), 10 + 12 * 13);  // the second sees what is long there at the same cost
+  EXPECT_EQ(modelled(64, work, costs), 10 + 62 * 13 + 12 * 13);
+  first = 25;
+  EXPECT_EQ(modelled(64, work, costs), 12 * 25 + 63 * 13);
+  const Replayed r = replay(record(64, work, test_clock, 0, Locks::noted), costs, 0);
+  EXPECT_EQ(r.work + r.serial + r.together + r.locks + r.dispatch + r.waiting, 64 * r.total);
+}
+
 TEST(scale, memory_is_a_bound) {
   const auto work = [] {
 #pragma omp parallel for schedule(static)
@@ -252,10 +302,9 @@ TEST(scale, every_call_to_the_runtime_is_known) {
   const std::string all = text.str();
   ASSERT_TRUE(std::regex_search(all, list, std::regex("WRAPPED = ((.*\\\\\n)*.*)\n")));
   std::stringstream words(std::regex_replace(list[1].str(), std::regex("\\\\"), " "));
-  std::set<std::string> known = {
-      "omp_init_lock",       "omp_destroy_lock",          "omp_get_num_procs",
-      "omp_set_num_threads", "omp_set_max_active_levels", "omp_get_level",
-      "GOMP_loop_start"};  // neither forks nor waits
+  std::set<std::string> known = {"omp_init_lock",       "omp_destroy_lock",          "omp_get_num_procs",
+                                 "omp_set_num_threads", "omp_set_max_active_levels", "omp_get_level",
+                                 "GOMP_loop_start"};  // neither forks nor waits
   for (std::string word; words >> word;) known.insert(word);
 
   const char* program = std::getenv("LOCKSTEP");

@@ -9,6 +9,7 @@
 
 #include "common/array.h"
 #include "common/simd.h"
+#include "openmp/flags.h"
 #include "verify/held_team.h"
 #include "verify/program.h"
 
@@ -179,6 +180,30 @@ double lock_moved_ns() {
   return moved;
 }
 
+// From a thread's post until the other has seen it: two threads answer each other.
+double flag_ns() {
+  constexpr int n = 2000;
+  return median(repeats, [&] {
+    openmp::Flag flags[2];
+    double ns = 0;
+    // Each thread posts its own flag, and awaits the other's.
+#pragma omp parallel num_threads(2)
+    {
+      const int mine = omp_get_thread_num();
+#pragma omp barrier
+      const double start = clock_ns();
+      for (int i = 1; i <= n; ++i) {
+        if (mine == 0) post(flags[0], i);
+        await(flags[1 - mine], i);
+        if (mine == 1) post(flags[1], i);
+      }
+#pragma omp master
+      ns = clock_ns() - start;
+    }
+    return ns / (2 * n);
+  });
+}
+
 double dispatch_ns(int threads) {
   constexpr int n = 20000;
   return median(repeats, [&] {
@@ -231,6 +256,7 @@ Costs measure_costs() {
     costs.barrier.two = barrier_ns(threads);
     costs.lock_moved = lock_moved_ns();
     costs.dispatch.moved = dispatch_ns(threads);
+    if (threads == 2) costs.flag = flag_ns();
   });
   omp_set_num_threads(threads_before);
   for (int t = 1; t <= omp_get_num_procs(); t *= 2)

@@ -20,9 +20,10 @@
 namespace lockstep::verify {
 
 struct Event {
-  enum Kind { work, lock, unlock, dispatch, barrier } kind;
+  enum Kind { work, lock, unlock, dispatch, barrier, post, await } kind;
   double ns = 0;               // work: its duration
-  const void* what = nullptr;  // lock, unlock: the lock; dispatch: the loop
+  const void* what = nullptr;  // lock, unlock: the lock; dispatch: the loop; post, await: the flag
+  int value = 0;               // post, await: of the flag
 };
 
 // The events of each thread in one region, in order. The region ends with its last thread.

@@ -16,12 +16,14 @@
 #include <utility>
 #include <vector>
 
+#include "openmp/flags.h"
 #include "verify/pause.h"
 #include "verify/record.h"
 
 extern "C" {
 void __real_omp_set_lock(omp_lock_t* lock);
 void __real_omp_unset_lock(omp_lock_t* lock);
+void __real_lockstep_post(lockstep::openmp::Flag* flag, int value);
 }
 
 namespace lockstep::verify {
@@ -47,9 +49,11 @@ class Stack {
 struct Member {
   Stack stack;
   ucontext_t context;
-  enum { ready, waiting, done } state;
-  double worked;       // ns of work in this region; after a barrier, the largest of all members
-  std::size_t shared;  // number of loops, sections and singles met in this region
+  enum { ready, waiting, awaiting, done } state;  // waiting at a barrier, awaiting a flag
+  double worked;             // ns of work in this region; after a barrier, the largest of all members
+  std::size_t shared;        // number of loops, sections and singles met in this region
+  const openmp::Flag* flag;  // if it waits for a flag: which, and for which value
+  int value;
 };
 
 // The iterations left of a loop, a list of sections or a single that a team shares out.
@@ -194,6 +198,27 @@ class Recorder {
 
   // Whether this thread is the one that executes the single.
   bool single() { return meet({}); }
+
+  // Members that await the value go on, no earlier than the one that posts it.
+  void post(openmp::Flag* flag, int value) {
+    __real_lockstep_post(flag, value);
+    if (alone()) return;
+    end_work();
+    add({Event::post, 0, flag, value});
+    for (const auto& m : members_)
+      if (m->state == Member::awaiting && m->flag == flag && m->value <= value)
+        m->state = Member::ready, m->worked = std::max(m->worked, members_[running_]->worked);
+    resumed_ = clock_();
+  }
+  // Gives the turn away in any case: members that have worked less may post first what this one then finds.
+  void await(const openmp::Flag* flag, int value) {
+    if (alone()) return;
+    end_work();
+    add({Event::await, 0, flag, value});
+    Member& m = *members_[running_];
+    m.flag = flag, m.value = value;
+    yield(flag->value.load(std::memory_order_acquire) < value ? Member::awaiting : Member::ready);
+  }
 
   void set(omp_lock_t* lock) {
     note(Event::lock, lock);

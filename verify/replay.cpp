@@ -13,6 +13,11 @@ struct Lock {
   std::deque<int> queue;  // waiting cores, in the order of arrival
 };
 
+struct Flag {
+  int value = 0;
+  std::vector<std::pair<int, int>> waiting;  // the value, and the core that waits for it
+};
+
 struct Core {
   double now = 0;
   std::size_t next = 0;  // index of its next event
@@ -25,6 +30,7 @@ double replay_region(const Region& region, const Costs& costs, Replayed& spent) 
   std::unordered_map<const void*, Lock> lock;
   std::unordered_map<const void*, std::pair<double, int>>
       counter;  // of a loop: when it is free, and the core that fetched last
+  std::unordered_map<const void*, Flag> flag;
   std::vector<int> at_barrier;
 
   // Cores that can go on, ordered by their clocks. The earliest acts first, so locks are granted in the order of
@@ -39,6 +45,14 @@ double replay_region(const Region& region, const Costs& costs, Replayed& spent) 
     core[c].now += cost;
     spent.locks += cost;
     turns.push({core[c].now, c});
+  };
+
+  // Core c has what it waited for from `time` on, and sees it a cache line's way later.
+  const auto see = [&](int c, double time) {
+    const double seen = std::max(core[c].now, time) + costs.flag;
+    spent.waiting += seen - core[c].now;
+    core[c].now = seen;
+    turns.push({seen, c});
   };
 
   while (!turns.empty()) {
@@ -82,6 +96,24 @@ double replay_region(const Region& region, const Costs& costs, Replayed& spent) 
         me.now = free_from = done;
         last = c;
         turns.push({me.now, c});
+        break;
+      }
+      case Event::post: {
+        Flag& f = flag[event.what];
+        f.value = event.value;
+        const auto has_come = [&](const auto& waiting) { return waiting.first <= f.value; };
+        for (const auto& waiting : f.waiting)
+          if (has_come(waiting)) see(waiting.second, me.now);
+        std::erase_if(f.waiting, has_come);
+        turns.push({me.now, c});
+        break;
+      }
+      case Event::await: {
+        Flag& f = flag[event.what];
+        if (f.value >= event.value)
+          see(c, me.now);
+        else
+          f.waiting.push_back({event.value, c});
         break;
       }
       case Event::barrier:

@@ -24,6 +24,7 @@ struct Costs {
   Together fork_join, barrier;
   double lock_moved = 0;    // extra cost of a lock that another core held last; the rest is in the record
   OneAtATime dispatch;      // to fetch a chunk of a loop
+  double flag = 0;          // until a core sees what another has posted
   double bytes_per_ns = 0;  // memory bandwidth of all cores together; no bound if 0
 };
 
@@ -36,7 +37,7 @@ struct Replayed {
   double together = 0;  // forks, joins and barriers themselves
   double locks = 0;     // taking locks and waiting for them
   double dispatch = 0;  // fetching chunks and waiting for them
-  double waiting = 0;   // waiting for the slowest core, at barriers and the ends of regions
+  double waiting = 0;   // waiting for the slowest core, at barriers and the ends of regions, and for flags
 };
 
 // `bytes` is the memory traffic of the work, 0 if caches hold the data. The total is at least the time of that traffic.

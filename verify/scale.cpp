@@ -45,6 +45,7 @@ Model less_disturbed(const Model& a, const Model& b) {
            .barrier = least(x.barrier, y.barrier),
            .lock_moved = std::min(x.lock_moved, y.lock_moved),
            .dispatch = {std::min(x.dispatch.again, y.dispatch.again), std::min(x.dispatch.moved, y.dispatch.moved)},
+           .flag = std::min(x.flag, y.flag),
            .bytes_per_ns = std::max(x.bytes_per_ns, y.bytes_per_ns)},
           a.last_level_cache_bytes,
           std::min(a.clock_cost_ns, b.clock_cost_ns),
@@ -60,6 +61,7 @@ nlohmann::ordered_json describe(const Model& model) {
           {"lock_moved_ns", costs.lock_moved},
           {"dispatch_ns", costs.dispatch.again},
           {"dispatch_moved_ns", costs.dispatch.moved},
+          {"flag_ns", costs.flag},
           {"memory_gb_per_s", costs.bytes_per_ns},
           {"last_level_cache_bytes", model.last_level_cache_bytes},
           {"clock_ns", model.clock_cost_ns}};

@@ -6,10 +6,10 @@
 // (common/levelset/reach.h) is visited eight times a round.
 //
 // In a sweep a point waits only for the three neighbours before it. Sixteen lines along x are worked on at once, one
-// lane each, every one a step behind the line before (skewed.h). Such tiles wait for the tile before in their plane and
-// the same tile of the plane before. Where threads are many, tiles are cut along the lines as well, and wait for the
-// cut before. Threads share what lies on a diagonal of this grid: the wavefront of the sweep. Every point reads the
-// same values as in a serial sweep, so the bits are the same.
+// lane each, every one a step behind the line before (skewed.h). Threads take slabs of a few planes in turn. In a slab,
+// planes are worked on side by side, each a window of vectors behind the one before. A slab waits for the one before it
+// by a flag (openmp/flags.h), window by window. Every point reads the same values as in a serial sweep, so the bits
+// are the same. How thick slabs and how long windows are follows the number of threads.
 //
 // Source: [ITJ07] Figure 8; Zhao, Math. Comp. 74 (2005); Detrixhe, Gibou and Min, J. Comput. Phys. 237 (2013). The
 // contract stands in common/levelset/fast_sweeping.h.
@@ -18,9 +18,9 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
-#include <numeric>
-#include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -30,6 +30,7 @@
 #include "common/real.h"
 #include "common/simd.h"
 #include "openmp/failure.h"
+#include "openmp/flags.h"
 #include "openmp/large_pages.h"
 #include "openmp/levelset/skewed.h"
 
@@ -90,186 +91,213 @@ void move_on(Cursor& s, int n) {
   s.left -= n;
 }
 
-// Advances the last `count` cursors together until one run ends, and removes the cursors of runs that have ended.
-template <int step, int count>
-maskv sweep_together(std::vector<Cursor>& cursors, floatv spacing, floatv band) {
-  maskv changed = first_lanes(0);
-  Cursor s[count];
-  std::copy(cursors.end() - count, cursors.end(), s);
-  cursors.resize(cursors.size() - count);
-  const auto shorter = [](const Cursor& a, const Cursor& b) { return a.left < b.left; };
-  const int together = std::min_element(s, s + count, shorter)->left;
-  for (int n = 0; n < together; ++n)
-    for (Cursor& cursor : s) changed = changed | advance<step>(cursor, n, spacing, band);
-  for (Cursor& cursor : s) {
-    move_on<step>(cursor, together);
-    if (cursor.left > 0) cursors.push_back(cursor);
-  }
-  return changed;
-}
-
-// Sweeps runs that do not wait for one another; says whether anything came nearer. A vector waits for the one before
-// it, for as long as an upwind solution takes: four runs at once hide that latency.
+// Runs that do not wait for one another, worked on side by side. A vector waits for the one before it, for as long as
+// an upwind solution takes: four runs at once hide that latency.
 template <int step>
-bool sweep_runs(std::vector<Cursor>& cursors, floatv spacing, floatv band) {
-  maskv changed = first_lanes(0);
-  while (!cursors.empty()) switch (cursors.size()) {
-      case 1: changed = changed | sweep_together<step, 1>(cursors, spacing, band); break;
-      case 2: changed = changed | sweep_together<step, 2>(cursors, spacing, band); break;
-      case 3: changed = changed | sweep_together<step, 3>(cursors, spacing, band); break;
-      default: changed = changed | sweep_together<step, 4>(cursors, spacing, band);
-    }
-  return any(changed);
-}
+class Strands {
+ public:
+  Strands(floatv spacing, floatv band) : spacing_(spacing), band_(band) {}
 
-// A part of a run.
-struct Piece {
-  int tile, z;
-  Extent vectors;
-  int before = 0;  // how many vectors the pieces before it have
-
-  int count() const { return vectors.end - vectors.begin; }
-};
-
-// A sweep's pieces, diagonal by diagonal. Those of a diagonal do not wait for one another.
-struct Wavefront {
-  std::vector<Piece> pieces;
-  std::vector<int> first;  // [diagonal]: its first piece; and the number of all
-
-  int diagonals() const { return static_cast<int>(first.size()) - 1; }
-  int most_pieces() const {
-    int largest = 0;
-    for (int k = 0; k < diagonals(); ++k) largest = std::max(largest, first[k + 1] - first[k]);
-    return largest;
+  void add(const Cursor& run) {
+    run_[count_++] = run;
+    if (count_ == most) together<most>();
   }
-  // Threads share the vectors of a diagonal: a thread takes the pieces whose middle is in its share.
-  int first_of(int diagonal, int thread, int threads) const {
-    const auto begin = pieces.begin() + first[diagonal], end = pieces.begin() + first[diagonal + 1];
-    if (begin == end) return first[diagonal];
-    const long long start = begin->before, all = end[-1].before + end[-1].count() - start;
-    const auto is_before = [&](const Piece& piece) {
-      return (2 * (piece.before - start) + piece.count()) * threads < 2 * all * thread;
-    };
-    return static_cast<int>(std::partition_point(begin, end, is_before) - pieces.begin());
-  }
-};
-
-// The wavefront of sweeps along x and y, and along z (step_z 1) or against it (-1). Lines are cut every `length`
-// vectors, and runs with them, into pieces. A vector reads fifteen ahead in the tile before, so cut c of a tile waits
-// for cuts c and c + 1 there. It is on diagonal 2 tile + z + c. Whole lines are on diagonal tile + z.
-//
-// The cuts of a plane are three for each thread. More of them are shared more evenly, fewer have longer lines, which
-// the processor foresees better. The bits do not depend on it.
-Wavefront make_wavefront(const Skewed& d, int step_z) {
-  const int line = d.vectors_of_line(), even = line * d.tiles() / (3 * omp_get_max_threads()) / lanes * lanes;
-  const int length = even < line ? std::max(even, 2 * lanes) : line, of_tile = length < line ? 2 : 1;
-  const auto for_each_piece = [&](const auto& f) {
-    for (int tile = 0; tile < d.tiles(); ++tile)
-      for (int z = 0; z < d.planes(); ++z)
-        for (const auto& [run_begin, run_end] : d.runs(tile, z))
-          for (int begin = run_begin; begin < run_end;) {
-            const int c = begin / length, end = std::min((c + 1) * length, run_end);
-            f(of_tile * tile + (step_z > 0 ? z : d.planes() - 1 - z) + c, Piece{tile, z, {begin, end}});
-            begin = end;
-          }
-  };
-  Wavefront w;
-  for_each_piece([&](int diagonal, const Piece&) {
-    if (diagonal + 2 > static_cast<int>(w.first.size())) w.first.resize(diagonal + 2);
-    ++w.first[diagonal + 1];
-  });
-  std::partial_sum(w.first.begin(), w.first.end(), w.first.begin());
-  if (w.first.empty()) w.first = {0};
-  w.pieces.resize(w.first.back());
-  std::vector<int> next(w.first);
-  for_each_piece([&](int diagonal, const Piece& piece) { w.pieces[next[diagonal]++] = piece; });
-  int before = 0;
-  for (Piece& piece : w.pieces) piece.before = std::exchange(before, before + piece.count());
-  return w;
-}
-
-// A sweep along x and y (step 1), or against both and through the wavefront backwards (-1).
-template <int step>
-bool sweep(const Skewed& d, const Wavefront& wavefront, Real spacing, Real band) {
-  const int last = wavefront.diagonals() - 1, most = wavefront.most_pieces();
-  bool changed = false;
-  Failure failure;
-  // Each thread has a `changed` of its own; whether any is true is the same in any order.
-#pragma omp parallel reduction(| : changed)
-  {
-    const int thread = omp_get_thread_num(), threads = omp_get_num_threads();
-    std::vector<Cursor> cursors;
-    failure.guard([&] { cursors.reserve(most); });
-    // Behind this barrier all threads agree on whether one has failed.
-#pragma omp barrier
-    for (int k = failure.happened() ? last + 1 : 0; k <= last; ++k) {
-      const int diagonal = step > 0 ? k : last - k;
-      // Pieces wait only for those of the diagonal before, which the barrier below completes; none reads what another
-      // of its diagonal writes.
-      const int end = wavefront.first_of(diagonal, thread + 1, threads);
-      for (int i = wavefront.first_of(diagonal, thread, threads); i < end; ++i) {
-        const Piece& piece = wavefront.pieces[i];
-        cursors.push_back(begin_run<step>(d, piece.tile, piece.z, piece.vectors));
+  void finish() {
+    while (count_ > 0) switch (count_) {
+        case 1: together<1>(); break;
+        case 2: together<2>(); break;
+        default: together<3>();
       }
-      changed |= sweep_runs<step>(cursors, spacing, band);
-#pragma omp barrier
+  }
+  bool changed() const { return any(changed_); }  // whether anything came nearer
+
+ private:
+  static constexpr int most = 4;
+
+  // Advances `count` runs, all that there are, until one ends, and removes those that have ended.
+  template <int count>
+  void together() {
+    Cursor s[count];
+    std::copy(run_, run_ + count, s);
+    maskv changed = changed_;
+    const auto shorter = [](const Cursor& a, const Cursor& b) { return a.left < b.left; };
+    const int vectors = std::min_element(s, s + count, shorter)->left;
+    for (int n = 0; n < vectors; ++n)
+      for (Cursor& cursor : s) changed = changed | advance<step>(cursor, n, spacing_, band_);
+    changed_ = changed;
+    count_ = 0;
+    for (Cursor& cursor : s) {
+      move_on<step>(cursor, vectors);
+      if (cursor.left > 0) run_[count_++] = cursor;
     }
   }
-  failure.rethrow();
-  return changed;
-}
 
-// A layout, and the wavefronts of its sweeps along z and against it.
-struct Layout {
-  Skewed skewed;
-  Wavefront up, down;
-
-  Layout(const Distances<Real>& distances, const Reach& reach, bool mirrored)
-      : skewed(distances, reach, mirrored), up(make_wavefront(skewed, 1)), down(make_wavefront(skewed, -1)) {}
+  floatv spacing_, band_;
+  maskv changed_ = first_lanes(0);
+  Cursor run_[most];
+  int count_ = 0;
 };
+
+// Lines are cut into windows of vectors. A sweep goes through those of a plane tile by tile, and counts them.
+struct Windows {
+  int tiles, length, of_line;
+
+  // `least` windows a plane, if none is so short that the tile before is read more than one window ahead.
+  Windows(const Skewed& d, int least) : tiles(d.tiles()) {
+    const int line = d.vectors_of_line(), cuts = std::clamp((least + tiles - 1) / tiles, 1, line / lanes);
+    length = (line + cuts - 1) / cuts;
+    of_line = (line + length - 1) / length;
+  }
+  int count() const { return tiles * of_line; }
+};
+
+// A walk through the runs of a plane in the order of a sweep, a piece at a time: what is in one window of a run.
+template <int step>
+class Walk {
+ public:
+  Walk() = default;
+  Walk(const Skewed& d, const Windows& windows, int z) : z_(z), tile_(step > 0 ? 0 : windows.tiles - 1) {
+    runs_ = d.runs(tile_, z);
+    find(d, windows);
+  }
+  // The window of the piece, as the sweep counts them; `never` at the end.
+  int window() const { return window_; }
+  static constexpr int never = 1 << 30;
+  Cursor begin(const Skewed& d) const { return begin_run<step>(d, tile_, z_, piece_); }
+  void move_on(const Skewed& d, const Windows& windows) {
+    (step > 0 ? run_.begin : run_.end) = step > 0 ? piece_.end : piece_.begin;
+    find(d, windows);
+  }
+
+ private:
+  void find(const Skewed& d, const Windows& windows) {
+    while (run_.begin == run_.end) {
+      while (runs_.empty()) {
+        tile_ += step;
+        if (tile_ < 0 || tile_ == windows.tiles) {
+          window_ = never;
+          return;
+        }
+        runs_ = d.runs(tile_, z_);
+      }
+      run_ = step > 0 ? runs_.front() : runs_.back();
+      runs_ = step > 0 ? runs_.subspan(1) : runs_.first(runs_.size() - 1);
+    }
+    const int cut = (step > 0 ? run_.begin : run_.end - 1) / windows.length;
+    piece_ = {std::max(run_.begin, cut * windows.length), std::min(run_.end, (cut + 1) * windows.length)};
+    window_ = tile_ * windows.of_line + cut;
+    if (step < 0) window_ = windows.count() - 1 - window_;
+  }
+
+  int z_ = 0, tile_ = 0, window_ = 0;
+  std::span<const Extent> runs_;  // of the tile, after this one
+  Extent run_ = {0, 0}, piece_ = {0, 0};
+};
+
+// Planes side by side, and how far sweeps have come in the last of them: in how many windows, of all sweeps.
+constexpr int most_planes = 8;
+struct Slab {
+  Extent planes;
+  const Flag* before;  // of the slab before in the sweep, if there is one
+  Flag* mine;
+};
+
+// Sweeps a slab. Each plane is a window behind the one before it, so what the planes do at a time is independent: a
+// piece waits for windows of its plane that are done, tile before included, and for its window in the plane before. The
+// first plane finds that in the slab before, by its flag. It waits only where it has a piece. Before its last sweep,
+// which went the other way along z, the slab after waited likewise; so it has read what this sweep overwrites.
+template <int step>
+bool sweep_slab(const Skewed& d, const Windows& windows, const Slab& slab, int step_z, int base, floatv spacing,
+                floatv band) {
+  const int n = slab.planes.end - slab.planes.begin;
+  Walk<step> walks[most_planes];
+  for (int i = 0; i < n; ++i) walks[i] = {d, windows, step_z > 0 ? slab.planes.begin + i : slab.planes.end - 1 - i};
+  Strands<step> strands(spacing, band);
+  const int end = windows.count();
+  for (;;) {
+    post(*slab.mine, base + std::min(walks[n - 1].window(), end));
+    int k = Walk<step>::never;
+    for (int i = 0; i < n; ++i) k = std::min(k, walks[i].window() + i);
+    if (k == Walk<step>::never) return strands.changed();
+    if (slab.before && walks[0].window() == k) await(*slab.before, base + k + 1);
+    for (int i = 0; i < n; ++i)
+      for (Walk<step>& walk = walks[i]; walk.window() + i == k; walk.move_on(d, windows)) strands.add(walk.begin(d));
+    strands.finish();
+  }
+}
 
 }  // namespace
 
 int fast_sweeping_sweeps(Distances<Real>& distances, Real band, int rounds) {
-  Failure failure;
-  const Reach reach = make_reach(distances, band, [&](int planes, const auto& work_on) {
-  // A call writes the data of its own plane alone, and reads what earlier loops completed.
+  const auto for_each = [](int n, const auto& f) {
+    Failure failure;
+    // A call writes the data of its own plane alone, and reads what earlier loops completed.
 #pragma omp parallel for schedule(static)
-    for (int z = 0; z < planes; ++z) failure.guard([&] { work_on(z); });
+    for (int i = 0; i < n; ++i) failure.guard([&] { f(i); });
     failure.rethrow();
-  });
-  std::optional<Layout> straight, mirrored;
-#pragma omp parallel sections
-  {
-    // Each section makes its own object, and reads what no thread changes.
-#pragma omp section
-    failure.guard([&] { straight.emplace(distances, reach, false); });
-#pragma omp section
-    failure.guard([&] { mirrored.emplace(distances, reach, true); });
-  }
-  failure.rethrow();
-  const LargePages memory(share(straight->skewed, mirrored->skewed));
-  std::vector<float> lines(omp_get_max_threads() * straight->skewed.lines_to_take(), far<float>);
-  for (Layout* layout : {&*straight, &*mirrored}) layout->skewed.place(memory.floats(), distances.interface);
-  straight->skewed.begin(distances);
-
-  // Backwards through a wavefront, a sweep goes against x and y, and the other way along z.
-  const auto sweep_four_times = [&](const Layout& layout) {
-    const auto& [d, up, down] = layout;
-    bool changed = false;
-    for (const Wavefront* w : {&up, &down}) changed |= sweep<1>(d, *w, distances.distance.spacing, band);
-    for (const Wavefront* w : {&down, &up}) changed |= sweep<-1>(d, *w, distances.distance.spacing, band);
-    return changed;
   };
-  int round = 0;
-  for (bool changed = true; changed && round < rounds; ++round) {
-    if (round > 0) straight->skewed.take(mirrored->skewed, lines.data());
-    changed = sweep_four_times(*straight);
-    mirrored->skewed.take(straight->skewed, lines.data());
-    changed |= sweep_four_times(*mirrored);
+  const Reach reach = make_reach(distances, band, for_each);
+  Skewed straight(distances, reach, false, for_each), mirrored(distances, reach, true, for_each);
+  const std::size_t floats = share(straight, mirrored),
+                    of_thread = (straight.lines_to_take() + lanes - 1) / lanes * lanes;
+  const LargePages memory(floats + omp_get_max_threads() * of_thread);
+  for (Skewed* d : {&straight, &mirrored}) d->place(memory.floats());
+  const int nz = straight.planes();
+  std::vector<Flag> flags(nz);        // [slab]
+  std::atomic<int> last_change = -1;  // the last round in which a thread changed something
+  // A thread writes planes of its own slabs alone. Flags guard the planes beside them within four sweeps, barriers
+  // before and after a layout takes over. Behind the last barrier of a round all threads read the same last_change, or
+  // that of a later round, and go on together.
+#pragma omp parallel
+  {
+    const int thread = omp_get_thread_num(), threads = omp_get_num_threads();
+    const int thickness = std::clamp(nz / (4 * threads), 2, most_planes), slabs = (nz + thickness - 1) / thickness;
+    const Windows windows(straight, 3 * (threads - 1) * thickness);
+    float* const lines = memory.floats() + floats + thread * of_thread;
+    std::fill(lines, lines + of_thread, far<float>);
+    const auto for_each_plane = [&](const auto& f) {
+      for (int slab = thread; slab < slabs; slab += threads)
+        for (int z = slab * thickness; z < std::min((slab + 1) * thickness, nz); ++z) f(z);
+    };
+    for_each_plane([&](int z) {
+      straight.find_fixed(distances.interface, z);
+      mirrored.find_fixed(distances.interface, z);
+      straight.begin(distances, z);
+    });
+    int sweeps = 0;
+    const auto sweep_four_times = [&](const Skewed& d) {
+      bool changed = false;
+      for (int i = 0; i < 4; ++i, ++sweeps) {
+        const int step_z = i % 2 == 0 ? 1 : -1, mine = (slabs - thread + threads - 1) / threads;
+        for (int j = 0; j < mine; ++j) {
+          const int s = thread + (step_z > 0 ? j : mine - 1 - j) * threads;
+          const int before = s - step_z;
+          const Slab slab{{s * thickness, std::min((s + 1) * thickness, nz)},
+                          before >= 0 && before < slabs ? &flags[before] : nullptr,
+                          &flags[s]};
+          const int base = sweeps * windows.count();
+          const Real spacing = distances.distance.spacing;
+          changed |= i < 2 ? sweep_slab<1>(d, windows, slab, step_z, base, spacing, band)
+                           : sweep_slab<-1>(d, windows, slab, step_z, base, spacing, band);
+        }
+      }
+      return changed;
+    };
+    for (int round = 0; round < rounds; ++round) {
+      if (round > 0) for_each_plane([&](int z) { straight.take(mirrored, z, lines); });
+#pragma omp barrier
+      bool changed = sweep_four_times(straight);
+#pragma omp barrier
+      for_each_plane([&](int z) { mirrored.take(straight, z, lines); });
+#pragma omp barrier
+      changed |= sweep_four_times(mirrored);
+      if (changed) last_change.store(round);
+#pragma omp barrier
+      if (last_change.load() < round) break;
+    }
+    for_each_plane([&](int z) { mirrored.write(distances.distance, z); });
   }
-  mirrored->skewed.write(distances.distance);
-  return round;
+  return std::min(rounds, last_change.load() + 2);
 }
 
 int fast_sweeping_blocks(Distances<Real>& distances, Real band, int rounds, int size) {

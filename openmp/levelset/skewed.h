@@ -31,7 +31,9 @@ namespace lockstep::levelset::openmp {
 
 class Skewed {
  public:
-  Skewed(const Distances<float>& distances, const Reach& reach, bool mirrored);
+  // for_each(n, f) calls f(0) .. f(n - 1) in any order, and may share them among threads.
+  template <class ForEach>
+  Skewed(const Distances<float>& distances, const Reach& reach, bool mirrored, const ForEach& for_each);
 
   int tiles() const { return tiles_; }
   int planes() const { return nz_; }
@@ -47,18 +49,21 @@ class Skewed {
   // of a run reads is stored, too: the vectors before and after it, those fifteen ahead in the tile before and fifteen
   // back in the tile after, and the same vectors of the planes before and after; beyond the field they are `far`.
   float* vector(int tile, int z, int t) const { return values_ + offset(tile, z, t) * lanes; }
-  const std::uint16_t* fixed(int tile, int z, int t) const { return fixed_.data() + offset(tile, z, t); }
+  const std::uint16_t* fixed(int tile, int z, int t) const { return fixed_ + offset(tile, z, t); }
 
   // Finds room for two layouts of one field in the same memory. They take so many floats, aligned for lanes.
   friend std::size_t share(Skewed& a, Skewed& b);
-  // Takes the caller's `values` for its vectors, and finds which lanes are fixed.
-  void place(float* values, const std::vector<Point>& interface);
+  // Takes the caller's memory, of as many floats as `share` says.
+  void place(float* values);
+
+  // What follows is done plane by plane, z from 0 to planes() - 1, in any order.
+  void find_fixed(const std::vector<Point>& interface, int z);
   // Interface points get their distances, all else is `far`. Of one of the two layouts, placed.
-  void begin(const Distances<float>& distances);
-  // Takes over from the other layout. `lines` has lines_to_take floats for each thread, all `far`, and leaves them so.
-  void take(const Skewed& other, float* lines);
+  void begin(const Distances<float>& distances, int z);
+  // Takes over from the other layout. `lines` are lines_to_take() floats, all `far`, and are left so.
+  void take(const Skewed& other, int z, float* lines);
   std::size_t lines_to_take() const { return static_cast<std::size_t>(lanes) * line_to_take(); }
-  void write(Field<float>& field) const;  // what a sweep visits, back to the field
+  void write(Field<float>& field, int z) const;  // what a sweep visits, back to the field
 
  private:
   // Lines are the tiles of all planes, with one tile more on either side and one plane more on either side.
@@ -72,9 +77,9 @@ class Skewed {
     return y >= 0 && y < ny_;
   }
 
-  void find_visited(const Reach& reach);
-  void find_stored();
-  void find_fixed(const std::vector<Point>& interface, int z);
+  Reach visited_of_plane(const Reach& reach, int z) const;
+  Reach stored_of_plane(int z) const;
+  void make_far(int z);
   int line_to_take() const { return nx_ + lanes + 3 * Field<float>::padding; }  // floats
 
   int nx_, ny_, nz_, tiles_;
@@ -82,7 +87,7 @@ class Skewed {
   Reach visited_, stored_;             // by tile: vectors that a sweep visits; by line: those that it visits or reads
   std::vector<std::ptrdiff_t> start_;  // [line]: where its vector 0 is, or would be
   std::vector<std::ptrdiff_t> room_;   // [line]: where its room begins; and where that of the last one ends
-  std::vector<std::uint16_t> fixed_;   // [vector]: a bit a lane
+  std::uint16_t* fixed_ = nullptr;     // [vector]: a bit a lane
   float* values_ = nullptr;
 };
 
@@ -116,47 +121,52 @@ class Marks {
   int first_, last_ = 0;
 };
 
-inline Skewed::Skewed(const Distances<float>& distances, const Reach& reach, bool mirrored)
+template <class ForEach>
+Skewed::Skewed(const Distances<float>& distances, const Reach& reach, bool mirrored, const ForEach& for_each)
     : nx_(distances.distance.nx),
       ny_(distances.distance.ny),
       nz_(distances.distance.nz),
       tiles_((ny_ + lanes - 1) / lanes),
       mirrored_(mirrored) {
-  find_visited(reach);
-  find_stored();
+  std::vector<Reach> planes(nz_);
+  for_each(nz_, [&](int z) { planes[z] = visited_of_plane(reach, z); });
+  visited_ = join_planes(planes, tiles_, for_each);
+  planes.resize(nz_ + 2);
+  for_each(nz_ + 2, [&](int i) { planes[i] = stored_of_plane(i - 1); });
+  stored_ = join_planes(planes, tiles_ + 2, for_each);
 }
 
 // Lane l visits point x at time x + l.
-inline void Skewed::find_visited(const Reach& reach) {
+inline Reach Skewed::visited_of_plane(const Reach& reach, int z) const {
+  Reach plane;
   Marks marks(nx_);
-  for (int z = 0; z < nz_; ++z)
-    for (int tile = 0; tile < tiles_; ++tile) {
-      for (int l = 0; l < lanes; ++l)
-        if (is_there(tile, l)) {
-          const int line = z * ny_ + mirror(tile * lanes + l);
-          for (int e = reach.begin[line]; e < reach.begin[line + 1]; ++e)
-            marks.mark(reach.extents[e].begin + l, reach.extents[e].end + l);
-        }
-      marks.close_line(visited_);
-    }
-  visited_.begin.push_back(static_cast<int>(visited_.extents.size()));
+  for (int tile = 0; tile < tiles_; ++tile) {
+    for (int l = 0; l < lanes; ++l)
+      if (is_there(tile, l)) {
+        const int line = z * ny_ + mirror(tile * lanes + l);
+        for (int e = reach.begin[line]; e < reach.begin[line + 1]; ++e)
+          marks.mark(reach.extents[e].begin + l, reach.extents[e].end + l);
+      }
+    marks.close_line(plane);
+  }
+  return plane;
 }
 
-inline void Skewed::find_stored() {
+inline Reach Skewed::stored_of_plane(int z) const {
+  Reach plane;
   Marks marks(nx_);
   const auto mark_runs_of = [&](int tile, int z, int before, int after) {
     if (tile >= 0 && tile < tiles_ && z >= 0 && z < nz_)
       for (const auto& [begin, end] : runs(tile, z)) marks.mark(begin + before, end + after);
   };
-  for (int z = -1; z <= nz_; ++z)
-    for (int i = -1; i <= tiles_; ++i) {
-      const int tile = mirrored_ ? tiles_ - 1 - i : i;
-      constexpr int aside = lanes - 1;
-      mark_runs_of(tile, z, -1, 1), mark_runs_of(tile + 1, z, aside, aside), mark_runs_of(tile - 1, z, -aside, -aside);
-      mark_runs_of(tile, z - 1, 0, 0), mark_runs_of(tile, z + 1, 0, 0);
-      marks.close_line(stored_);
-    }
-  stored_.begin.push_back(static_cast<int>(stored_.extents.size()));
+  for (int i = -1; i <= tiles_; ++i) {
+    const int tile = mirrored_ ? tiles_ - 1 - i : i;
+    constexpr int aside = lanes - 1;
+    mark_runs_of(tile, z, -1, 1), mark_runs_of(tile + 1, z, aside, aside), mark_runs_of(tile - 1, z, -aside, -aside);
+    mark_runs_of(tile, z - 1, 0, 0), mark_runs_of(tile, z + 1, 0, 0);
+    marks.close_line(plane);
+  }
+  return plane;
 }
 
 inline std::size_t share(Skewed& a, Skewed& b) {
@@ -173,11 +183,13 @@ inline std::size_t share(Skewed& a, Skewed& b) {
     }
     vectors += room;
   }
-  for (Skewed* d : {&a, &b}) {
-    d->room_.push_back(vectors);
-    d->fixed_.resize(vectors);
-  }
-  return vectors * lanes;
+  for (Skewed* d : {&a, &b}) d->room_.push_back(vectors);
+  return vectors * (lanes + 1);  // values, and the bits of both layouts
+}
+
+inline void Skewed::place(float* values) {
+  values_ = values;
+  fixed_ = reinterpret_cast<std::uint16_t*>(values + room_.back() * lanes) + (mirrored_ ? room_.back() : 0);
 }
 
 inline void Skewed::find_fixed(const std::vector<Point>& interface, int z) {
@@ -197,70 +209,58 @@ inline void Skewed::find_fixed(const std::vector<Point>& interface, int z) {
   }
 }
 
-inline void Skewed::place(float* values, const std::vector<Point>& interface) {
-  values_ = values;
-  // An iteration writes what is fixed in its own plane.
-#pragma omp parallel for schedule(static)
-  for (int z = 0; z < nz_; ++z) find_fixed(interface, z);
+inline void Skewed::make_far(int z) {
+  const auto plane = room_.begin() + (z + 1) * (tiles_ + 2);
+  std::fill(values_ + plane[0] * lanes, values_ + plane[tiles_ + 2] * lanes, far<float>);
 }
 
-inline void Skewed::begin(const Distances<float>& distances) {
-  // An iteration writes the vectors of its own plane.
-#pragma omp parallel for schedule(static)
-  for (int z = -1; z <= nz_; ++z) {
-    const auto plane = room_.begin() + (z + 1) * (tiles_ + 2);
-    std::fill(values_ + plane[0] * lanes, values_ + plane[tiles_ + 2] * lanes, far<float>);
-    for (const auto& [x, y, _] : points_of_plane(distances.interface, z)) {
-      const int l = mirror(y) % lanes;
-      vector(mirror(y) / lanes, z, x + l)[l] = distances.distance(x, y, z);
-    }
+inline void Skewed::begin(const Distances<float>& distances, int z) {
+  make_far(z);
+  if (z == 0) make_far(-1);
+  if (z == nz_ - 1) make_far(nz_);
+  for (const auto& [x, y, _] : points_of_plane(distances.interface, z)) {
+    const int l = mirror(y) % lanes;
+    vector(mirror(y) / lanes, z, x + l)[l] = distances.distance(x, y, z);
   }
 }
 
 // Lane l of vectors t .. t + 15 is sixteen points of its line from x = t - l on: sixteen loads, and a transpose.
-inline void Skewed::take(const Skewed& other, float* lines) {
+inline void Skewed::take(const Skewed& other, int z, float* lines) {
   const std::ptrdiff_t line_floats = line_to_take();
-  // An iteration reads and writes the memory of its own tile, by way of its thread's lines.
-#pragma omp parallel for collapse(2) schedule(dynamic, 16)
-  for (int z = 0; z < nz_; ++z)
-    for (int tile = 0; tile < tiles_; ++tile) {
-      float* const mine = lines + omp_get_thread_num() * lines_to_take() + Field<float>::padding;
-      const auto line_of = [&](int l) { return mine + l * line_floats; };
-      const int of_other = tiles_ - 1 - tile;
-      for (const auto& [begin, end] : other.runs(of_other, z))
-        for (int t = begin; t < end; t += lanes) {
-          floatv square[lanes];
-          for (int i = 0; i < lanes; ++i) square[i] = load(other.vector(of_other, z, t + i));
-          transpose(square);
-          for (int l = 0; l < lanes; ++l) store(line_of(lanes - 1 - l) + t - l, square[l], first_lanes(end - t));
-        }
-      for (int e = stored_.begin[line(tile, z)]; e < stored_.begin[line(tile, z) + 1]; ++e)
-        for (int t = stored_.extents[e].begin; t < stored_.extents[e].end; t += lanes) {
-          floatv square[lanes];
-          for (int l = 0; l < lanes; ++l) square[l] = load(line_of(l) + t - l);
-          transpose(square);
-          for (int i = 0; i < lanes; ++i) store(vector(tile, z, t + i), square[i]);
-        }
-      for (const auto& [begin, end] : other.runs(of_other, z))
-        for (int l = 0; l < lanes; ++l) std::fill_n(line_of(lanes - 1 - l) + begin - l, end - begin, far<float>);
-    }
+  const auto line_of = [&](int l) { return lines + Field<float>::padding + l * line_floats; };
+  for (int tile = 0; tile < tiles_; ++tile) {
+    const int of_other = tiles_ - 1 - tile;
+    for (const auto& [begin, end] : other.runs(of_other, z))
+      for (int t = begin; t < end; t += lanes) {
+        floatv square[lanes];
+        for (int i = 0; i < lanes; ++i) square[i] = load(other.vector(of_other, z, t + i));
+        transpose(square);
+        for (int l = 0; l < lanes; ++l) store(line_of(lanes - 1 - l) + t - l, square[l], first_lanes(end - t));
+      }
+    for (int e = stored_.begin[line(tile, z)]; e < stored_.begin[line(tile, z) + 1]; ++e)
+      for (int t = stored_.extents[e].begin; t < stored_.extents[e].end; t += lanes) {
+        floatv square[lanes];
+        for (int l = 0; l < lanes; ++l) square[l] = load(line_of(l) + t - l);
+        transpose(square);
+        for (int i = 0; i < lanes; ++i) store(vector(tile, z, t + i), square[i]);
+      }
+    for (const auto& [begin, end] : other.runs(of_other, z))
+      for (int l = 0; l < lanes; ++l) std::fill_n(line_of(lanes - 1 - l) + begin - l, end - begin, far<float>);
+  }
 }
 
-inline void Skewed::write(Field<float>& field) const {
-  // An iteration reads its own tile, and writes the field's lines that are in it.
-#pragma omp parallel for collapse(2) schedule(dynamic, 16)
-  for (int z = 0; z < nz_; ++z)
-    for (int tile = 0; tile < tiles_; ++tile)
-      for (const auto& [begin, end] : runs(tile, z))
-        for (int t = begin; t < end; t += lanes) {
-          floatv square[lanes];
-          for (int i = 0; i < lanes; ++i) square[i] = load(vector(tile, z, t + i));
-          transpose(square);
-          const maskv in_run = first_lanes(end - t);
-          for (int l = 0; l < lanes; ++l)
-            if (is_there(tile, l))
-              store(&field.value[field.index(t - l, mirror(tile * lanes + l), z)], square[l], in_run);
-        }
+inline void Skewed::write(Field<float>& field, int z) const {
+  for (int tile = 0; tile < tiles_; ++tile)
+    for (const auto& [begin, end] : runs(tile, z))
+      for (int t = begin; t < end; t += lanes) {
+        floatv square[lanes];
+        for (int i = 0; i < lanes; ++i) square[i] = load(vector(tile, z, t + i));
+        transpose(square);
+        const maskv in_run = first_lanes(end - t);
+        for (int l = 0; l < lanes; ++l)
+          if (is_there(tile, l))
+            store(&field.value[field.index(t - l, mirror(tile * lanes + l), z)], square[l], in_run);
+      }
 }
 
 }  // namespace lockstep::levelset::openmp

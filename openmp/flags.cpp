@@ -1,0 +1,24 @@
+#include "openmp/flags.h"
+
+#include <sched.h>
+
+namespace lockstep::openmp {
+
+void lockstep_post(Flag* flag, int value) { flag->value.store(value, std::memory_order_release); }
+
+void lockstep_await(const Flag* flag, int value) {
+  // Most waits are over within so many turns. After them the thread gives its core to others: there may be more threads
+  // than cores, and the one that is waited for among those without.
+  constexpr int turns = 50;
+  for (int turn = 0; flag->value.load(std::memory_order_acquire) < value; ++turn) {
+    if (turn >= turns) {
+      sched_yield();
+      continue;
+    }
+#if defined(__x86_64__)
+    __builtin_ia32_pause();
+#endif
+  }
+}
+
+}  // namespace lockstep::openmp

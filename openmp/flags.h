@@ -1,0 +1,29 @@
+// Flags: a thread says how far it has come, and others wait until it is far enough. Where each waits for one or two
+// others, this costs less than a barrier of all.
+//
+// What a thread wrote before it posts, others see after they have awaited the value. The values of a flag only rise.
+// A wait must end when all threads that could post go on: threads are not forced to run at once.
+#pragma once
+
+#include <atomic>
+
+namespace lockstep::openmp {
+
+// On a cache line of its own: its owner writes it while others work.
+struct alignas(64) Flag {
+  std::atomic<int> value = 0;
+};
+
+// C names, so that the linker can send the calls elsewhere (verify/record_wraps.cpp).
+extern "C" {
+void lockstep_post(lockstep::openmp::Flag* flag, int value);
+void lockstep_await(const lockstep::openmp::Flag* flag, int value);
+}
+
+// Sets the flag. Of one thread.
+inline void post(Flag& flag, int value) { lockstep_post(&flag, value); }
+
+// Waits until the flag has the value or a greater one.
+inline void await(const Flag& flag, int value) { lockstep_await(&flag, value); }
+
+}  // namespace lockstep::openmp
