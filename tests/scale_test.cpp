@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "openmp/flags.h"
+#include "common/flags.h"
 #include "verify/record.h"
 #include "verify/replay.h"
 
@@ -141,13 +141,13 @@ TEST(scale, locks_of_each_own_do_not_wait) {
 // One link a thread, each of which waits for the one before.
 TEST(scale, chain_of_flags) {
   const auto work = [] {
-    std::vector<openmp::Flag> flags(64);
+    std::vector<Flag> flags(64);
 #pragma omp parallel
     {
       const int thread = omp_get_thread_num();
-      if (thread > 0) openmp::await(flags[thread - 1], 1);
+      if (thread > 0) await(flags[thread - 1], 1);
       spend(100);
-      openmp::post(flags[thread], 1);
+      post(flags[thread], 1);
     }
   };
   Costs costs;
@@ -164,14 +164,14 @@ TEST(scale, pipeline_of_slabs) {
   constexpr int windows = 12;
   double first = 10;
   const auto work = [&] {
-    std::vector<openmp::Flag> flags(64);
+    std::vector<Flag> flags(64);
 #pragma omp parallel
     {
       const int thread = omp_get_thread_num();
       for (int w = 0; w < windows; ++w) {
-        if (thread > 0) openmp::await(flags[thread - 1], w + 1);
+        if (thread > 0) await(flags[thread - 1], w + 1);
         spend(thread == 0 ? first : 10);
-        openmp::post(flags[thread], w + 1);
+        post(flags[thread], w + 1);
       }
     }
   };

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "common/array.h"
+#include "common/flags.h"
 #include "common/simd.h"
-#include "openmp/flags.h"
 #include "verify/held_team.h"
 #include "verify/program.h"
 
@@ -184,7 +184,7 @@ double lock_moved_ns() {
 double flag_ns() {
   constexpr int n = 2000;
   return median(repeats, [&] {
-    openmp::Flag flags[2];
+    Flag flags[2];
     double ns = 0;
     // Each thread posts its own flag, and awaits the other's.
 #pragma omp parallel num_threads(2)

@@ -1,5 +1,5 @@
 // The linker's --wrap sends every call that a kernel makes to OpenMP's runtime, libgomp, or to flags
-// (openmp/flags.h) to the __wrap_ functions of this file. While a record is being made, the Recorder answers them.
+// (common/flags.h) to the __wrap_ functions of this file. While a record is being made, the Recorder answers them.
 // While a team is held, the Crew answers those with which threads fork, join and wait. All others are passed on; the
 // functions that they were meant for are then named __real_. Regions note the size of their team (team.h). The Makefile
 // lists the functions, and tests/scale_test.cpp checks that none is missing.
@@ -130,6 +130,6 @@ WRAP(int, omp_get_num_threads, (), (), recorder->alone() ? 1 : recorder->cores()
 WRAP(int, omp_get_max_threads, (), (), recorder->cores())
 WRAP(void, omp_set_lock, (omp_lock_t * lock), (lock), recorder->set(lock))
 WRAP(void, omp_unset_lock, (omp_lock_t * lock), (lock), recorder->unset(lock))
-WRAP(void, lockstep_post, (lockstep::openmp::Flag * flag, int value), (flag, value), recorder->post(flag, value))
-WRAP(void, lockstep_await, (const lockstep::openmp::Flag* flag, int value), (flag, value), recorder->await(flag, value))
+WRAP(void, lockstep_post, (lockstep::Flag * flag, int value), (flag, value), recorder->post(flag, value))
+WRAP(void, lockstep_await, (const lockstep::Flag* flag, int value), (flag, value), recorder->await(flag, value))
 }

@@ -16,14 +16,14 @@
 #include <utility>
 #include <vector>
 
-#include "openmp/flags.h"
+#include "common/flags.h"
 #include "verify/pause.h"
 #include "verify/record.h"
 
 extern "C" {
 void __real_omp_set_lock(omp_lock_t* lock);
 void __real_omp_unset_lock(omp_lock_t* lock);
-void __real_lockstep_post(lockstep::openmp::Flag* flag, int value);
+void __real_lockstep_post(lockstep::Flag* flag, int value);
 }
 
 namespace lockstep::verify {
@@ -50,9 +50,9 @@ struct Member {
   Stack stack;
   ucontext_t context;
   enum { ready, waiting, awaiting, done } state;  // waiting at a barrier, awaiting a flag
-  double worked;             // ns of work in this region; after a barrier, the largest of all members
-  std::size_t shared;        // number of loops, sections and singles met in this region
-  const openmp::Flag* flag;  // if it waits for a flag: which, and for which value
+  double worked;       // ns of work in this region; after a barrier, the largest of all members
+  std::size_t shared;  // number of loops, sections and singles met in this region
+  const Flag* flag;    // if it waits for a flag: which, and for which value
   int value;
 };
 
@@ -200,7 +200,7 @@ class Recorder {
   bool single() { return meet({}); }
 
   // Members that await the value go on, no earlier than the one that posts it.
-  void post(openmp::Flag* flag, int value) {
+  void post(Flag* flag, int value) {
     __real_lockstep_post(flag, value);
     if (alone()) return;
     end_work();
@@ -211,7 +211,7 @@ class Recorder {
     resumed_ = clock_();
   }
   // Gives the turn away in any case: members that have worked less may post first what this one then finds.
-  void await(const openmp::Flag* flag, int value) {
+  void await(const Flag* flag, int value) {
     if (alone()) return;
     end_work();
     add({Event::await, 0, flag, value});

@@ -8,7 +8,7 @@
 // In a sweep a point waits only for the three neighbours before it. Sixteen lines along x are worked on at once, one
 // lane each, every one a step behind the line before (skewed.h). Threads take slabs of a few planes in turn. In a slab,
 // planes are worked on side by side, each a window of vectors behind the one before. A slab waits for the one before it
-// by a flag (openmp/flags.h), window by window. Every point reads the same values as in a serial sweep, so the bits
+// by a flag (common/flags.h), window by window. Every point reads the same values as in a serial sweep, so the bits
 // are the same. How thick slabs and how long windows are follows the number of threads.
 //
 // Source: [ITJ07] Figure 8; Zhao, Math. Comp. 74 (2005); Detrixhe, Gibou and Min, J. Comput. Phys. 237 (2013). The
@@ -24,13 +24,13 @@
 #include <utility>
 #include <vector>
 
+#include "common/flags.h"
 #include "common/levelset/blocks.h"
 #include "common/levelset/eikonal.h"
 #include "common/levelset/reach.h"
 #include "common/real.h"
 #include "common/simd.h"
 #include "openmp/failure.h"
-#include "openmp/flags.h"
 #include "openmp/large_pages.h"
 #include "openmp/levelset/skewed.h"
 

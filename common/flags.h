@@ -7,7 +7,7 @@
 
 #include <atomic>
 
-namespace lockstep::openmp {
+namespace lockstep {
 
 // On a cache line of its own: its owner writes it while others work.
 struct alignas(64) Flag {
@@ -16,8 +16,8 @@ struct alignas(64) Flag {
 
 // C names, so that the linker can send the calls elsewhere (verify/record_wraps.cpp).
 extern "C" {
-void lockstep_post(lockstep::openmp::Flag* flag, int value);
-void lockstep_await(const lockstep::openmp::Flag* flag, int value);
+void lockstep_post(lockstep::Flag* flag, int value);
+void lockstep_await(const lockstep::Flag* flag, int value);
 }
 
 // Sets the flag. Of one thread.
@@ -26,4 +26,4 @@ inline void post(Flag& flag, int value) { lockstep_post(&flag, value); }
 // Waits until the flag has the value or a greater one.
 inline void await(const Flag& flag, int value) { lockstep_await(&flag, value); }
 
-}  // namespace lockstep::openmp
+}  // namespace lockstep

@@ -1,8 +1,8 @@
-#include "openmp/flags.h"
+#include "common/flags.h"
 
 #include <sched.h>
 
-namespace lockstep::openmp {
+namespace lockstep {
 
 void lockstep_post(Flag* flag, int value) { flag->value.store(value, std::memory_order_release); }
 
@@ -21,4 +21,4 @@ void lockstep_await(const Flag* flag, int value) {
   }
 }
 
-}  // namespace lockstep::openmp
+}  // namespace lockstep
