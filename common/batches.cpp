@@ -50,7 +50,7 @@ class LaterBatches {
 struct Object {
   std::uint64_t first = 0;  // batches 0 .. 63, one bit each: those with a constraint of the object
   std::uint32_t next = 0;   // of folded levels: the turn after that of its last constraint
-  bool movable = false;     // what stands above counts
+  bool movable = false;     // whether it conflicts: nothing is ever written to an object that does not move
 };
 
 // Each constraint joins batch choice(object, other, taken), of those in 0 .. 63 that are not taken at either of its

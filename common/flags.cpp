@@ -7,8 +7,8 @@ namespace lockstep {
 void lockstep_post(Flag* flag, int value) { flag->value.store(value, std::memory_order_release); }
 
 void lockstep_await(const Flag* flag, int value) {
-  // Most waits are over within so many turns. After them the thread gives its core to others: there may be more threads
-  // than cores, and the one that is waited for among those without.
+  // After so many turns (a choice, not measured against others) the thread gives its core to others. There may be more
+  // threads than cores, and the one that must post may have none.
   constexpr int turns = 50;
   for (int turn = 0; flag->value.load(std::memory_order_acquire) < value; ++turn) {
     if (turn >= turns) {

@@ -2,7 +2,7 @@
 // others, this costs less than a barrier of all.
 //
 // What a thread wrote before it posts, others see after they have awaited the value. The values of a flag only rise.
-// A wait must end when all threads that could post go on: threads are not forced to run at once.
+// An awaited post must not depend on the thread that awaits it, or both wait for ever.
 #pragma once
 
 #include <atomic>

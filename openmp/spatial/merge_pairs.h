@@ -1,4 +1,4 @@
-// Merges two lists of pairs in parallel. In sequence: common/spatial/merge_pairs.h.
+// Merges two lists of pairs, in parallel.
 //
 // A thread's share is a share of the result. It begins where as many pairs of both lists are behind it as stand before
 // the share: a binary search along the merge path.

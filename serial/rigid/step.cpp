@@ -8,8 +8,8 @@
 #include "common/rigid/batches.h"
 #include "common/rigid/integrate.h"
 #include "common/rigid/match_contacts.h"
-#include "common/spatial/merge_pairs.h"
 #include "common/stopwatch.h"
+#include "serial/spatial/merge_pairs.h"
 
 namespace lockstep::rigid::serial {
 namespace {

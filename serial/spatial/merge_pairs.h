@@ -1,4 +1,4 @@
-// Merges two lists of pairs, in sequence. In parallel: openmp/spatial/merge_pairs.h.
+// Merges two lists of pairs.
 #pragma once
 
 #include <algorithm>
