@@ -147,8 +147,8 @@ void levelset_slice(const FigureOptions&, const Model&, RowsOf& rows) {
     }
 }
 
-// Gain and cost of reordering contacts into batches: one step over the settled contacts of a scene, in the original
-// order (as parallel as it allows), and in batches with the time to make them. Also the sizes of the batches.
+// Gain and cost of reordering contacts: one step over the settled contacts of a scene, in the original order (as
+// parallel as it allows), and in batches and in blocks with the time to make them. Also the sizes of the batches.
 void contact_batches(const FigureOptions& options, const Model& model, RowsOf& rows) {
   using namespace rigid;
   const std::vector<std::string> scenes =
@@ -168,14 +168,21 @@ void contact_batches(const FigureOptions& options, const Model& model, RowsOf& r
     Array<Impulses<float>> impulses;
     Array<Motion<float>> moving;
     Batches batches;
+    ContactBlocks blocks;
     const auto reset = [&] { bodies = world.bodies, impulses = memory.impulses; };
     const auto original = [&](ContactSolverOriginal<float>* solve) {
       return [&, solve] { solve(settings.solver, memory.manifolds, body, bodies, std::span(impulses), moving); };
     };
-    const auto reordered = [&](ReorderContacts<float>* reorder, ContactSolverBatches<float>* solve) {
+    const auto reordered = [&](ReorderContacts<float>* reorder, ContactSolverReordered<float, Batches>* solve) {
       return [&, reorder, solve] {
         batches = reorder(memory.manifolds, body, bodies);
         solve(settings.solver, memory.manifolds, body, batches, bodies, std::span(impulses), moving);
+      };
+    };
+    const auto cut = [&](CutIntoBlocks<float>* cut_into_blocks, ContactSolverReordered<float, ContactBlocks>* solve) {
+      return [&, cut_into_blocks, solve] {
+        cut_into_blocks(memory.manifolds, body, bodies, blocks);
+        solve(settings.solver, memory.manifolds, body, blocks, bodies, std::span(impulses), moving);
       };
     };
     const int repeats = options.quick ? 1 : 3;
@@ -187,6 +194,7 @@ void contact_batches(const FigureOptions& options, const Model& model, RowsOf& r
     progress("contact_batches: " + name);
     serial_row("original", original(serial::contact_solver_original));
     serial_row("batches", reordered(serial::batches, serial::contact_solver_batches));
+    serial_row("blocks", cut(serial::contact_blocks, serial::contact_solver_blocks));
     const double bytes =
         static_cast<double>(memory.manifolds.size() * (sizeof(Manifold<float>) + 2 * sizeof(Impulses<float>)));
     for (const int cores : cores_of(options)) {
@@ -197,6 +205,7 @@ void contact_batches(const FigureOptions& options, const Model& model, RowsOf& r
       };
       scaled("original", original(openmp::contact_solver_original));
       scaled("batches", reordered(openmp::batches, openmp::contact_solver_batches));
+      scaled("blocks", cut(openmp::contact_blocks, openmp::contact_solver_blocks));
       scaled("reorder", [&] { batches = openmp::batches(memory.manifolds, body, bodies); });
     }
     reset();

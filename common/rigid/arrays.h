@@ -125,6 +125,12 @@ void for_each_array(W& world, const F& f) {
   for_each_array(world.bodies, f), for_each_array(world.colliders, f), for_each_array(world.hulls, f);
 }
 
+template <Same<ContactBlocks> B, class F>
+void for_each_array(B& b, const F& f) {
+  f("order", b.order, b.order.size()), f("groups", b.groups, b.groups.size());
+  f("blocks", b.blocks, b.blocks.size()), f("rounds", b.rounds, b.rounds.size());
+}
+
 template <Is<StepMemory> M, class F>
 void for_each_array(M& m, const F& f) {
   f("placed", m.placed, m.bounds.count), f("bounds.low", m.bounds.low, m.bounds.count);
@@ -140,6 +146,7 @@ void for_each_array(M& m, const F& f) {
   f("impulses", m.impulses, m.impulses.size()), f("last_impulses", m.last_impulses, m.last_impulses.size());
   f("batches.order", m.batches.order, m.batches.order.size());
   f("batches.begin", m.batches.begin, m.batches.begin.size());
+  for_each_array(m.blocks, f);
   f("moving", m.moving, m.moving.size());
 }
 

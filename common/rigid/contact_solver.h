@@ -10,6 +10,9 @@
 //   batches    contacts in batches that share no body that moves (common/batches.h): the upper curve. The serial form
 //              solves batch after batch; openmp solves sixteen contacts of a batch at once, on all threads, with a
 //              barrier between batches.
+//   blocks     contacts in blocks of space (common/rigid/contact_blocks.h). The serial form solves block after block;
+//              openmp gives a block to one thread, which solves sixteen of its contacts at once. A barrier stands
+//              between rounds, which are fewer than batches.
 //
 // A call advances velocities by one step, in `substeps` equal parts of length h. In each substep,
 //
@@ -23,7 +26,7 @@
 // mode that sweeps hardly damp, but that the new separations of each substep correct.
 //
 // In: bodies.pose, inverse_mass, friction, restitution; manifolds at these poses; body[collider]; for manifold k the
-// impulses[k] of the last step, 0 at new points. batches holds each manifold once.
+// impulses[k] of the last step, 0 at new points. batches or blocks hold each manifold once.
 // In, out: bodies.motion. Out: impulses of the last substep, without those of bounces; moving[body], resized: the mean
 // velocities of the step, to integrate with.
 // A static body's motion is read (a conveyor drags what stands on it), but never written. Separations ignore it.
@@ -36,6 +39,7 @@
 #include <span>
 
 #include "common/batches.h"
+#include "common/rigid/contact_blocks.h"
 #include "common/rigid/manifold.h"
 #include "common/rigid/world.h"
 
@@ -63,21 +67,25 @@ template <class Real>
 using ContactSolverOriginal = void(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds,
                                    std::span<const std::int32_t> body, Bodies<Real>& bodies,
                                    std::span<Impulses<Real>> impulses, Array<Motion<Real>>& moving);
-template <class Real>
-using ContactSolverBatches = void(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds,
-                                  std::span<const std::int32_t> body, const Batches& batches, Bodies<Real>& bodies,
-                                  std::span<Impulses<Real>> impulses, Array<Motion<Real>>& moving);
+// Order is Batches or ContactBlocks.
+template <class Real, class Order>
+using ContactSolverReordered = void(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds,
+                                    std::span<const std::int32_t> body, const Order& order, Bodies<Real>& bodies,
+                                    std::span<Impulses<Real>> impulses, Array<Motion<Real>>& moving);
 
 namespace serial {
 ContactSolverOriginal<float> contact_solver_original;
 ContactSolverOriginal<double> contact_solver_original;
-ContactSolverBatches<float> contact_solver_batches;
-ContactSolverBatches<double> contact_solver_batches;
+ContactSolverReordered<float, Batches> contact_solver_batches;
+ContactSolverReordered<double, Batches> contact_solver_batches;
+ContactSolverReordered<float, ContactBlocks> contact_solver_blocks;
+ContactSolverReordered<double, ContactBlocks> contact_solver_blocks;
 }  // namespace serial
 
 namespace openmp {
 ContactSolverOriginal<float> contact_solver_original;
-ContactSolverBatches<float> contact_solver_batches;
+ContactSolverReordered<float, Batches> contact_solver_batches;
+ContactSolverReordered<float, ContactBlocks> contact_solver_blocks;
 }  // namespace openmp
 
 }  // namespace lockstep::rigid

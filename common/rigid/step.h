@@ -4,7 +4,8 @@
 //
 //   original       contacts solved in the order of their pairs
 //   batches        contacts reordered into batches without conflicts (batches_folded, common/rigid/batches.h)
-//   batches_kept   the same; pairs with hulls that hardly moved keep their contacts (common/rigid/kept_contacts.h)
+//   blocks         contacts cut into blocks of space (common/rigid/contact_blocks.h), for many cores
+//   batches_kept   as batches; pairs with hulls that hardly moved keep their contacts (common/rigid/kept_contacts.h)
 //
 // In, out: world.bodies; the memory of the last step. Source: [LRB08] Figure 4; [ITJ07] "Game Physics".
 #pragma once
@@ -39,6 +40,7 @@ struct StepMemory {
   Array<Manifold<Real>> manifolds, last_manifolds;
   Array<Impulses<Real>> impulses, last_impulses;  // [manifold]
   Batches batches;
+  ContactBlocks blocks;
   Array<Motion<Real>> moving;
   std::array<double, phases> seconds = {};  // of the last step, by phase
 };
@@ -47,12 +49,12 @@ template <class Real>
 using Step = void(const StepSettings& settings, World<Real>& world, StepMemory<Real>& memory);
 
 namespace serial {
-Step<float> step_original, step_batches, step_batches_kept;
-Step<double> step_original, step_batches, step_batches_kept;
+Step<float> step_original, step_batches, step_batches_kept, step_blocks;
+Step<double> step_original, step_batches, step_batches_kept, step_blocks;
 }  // namespace serial
 
 namespace openmp {
-Step<float> step_original, step_batches, step_batches_kept;
+Step<float> step_original, step_batches, step_batches_kept, step_blocks;
 }  // namespace openmp
 
 }  // namespace lockstep::rigid

@@ -95,4 +95,32 @@ void order_by_points(const Batches& batches, std::span<const Manifold<Real>> man
   }
 }
 
+// The order of batches as the solver goes through it (contact_solver.cpp). The plan has been cut.
+template <class Real>
+struct InBatches {
+  const Batches& batches;
+  std::span<const Manifold<Real>> manifolds;
+  Plan& plan;
+
+  void prepare() const { order_by_points(batches, manifolds, plan); }
+  std::span<const std::int32_t> contacts(int vector) const {
+    const auto [first, count] = plan.vectors[vector];
+    return {plan.order.data() + first, static_cast<std::size_t>(count)};
+  }
+  // The vectors of a stage share no body that moves, or one thread takes them in order. The barrier at the end of a
+  // stage makes its writes visible to the next one.
+  template <class Action>
+  void for_each(const Action& action) const {
+    for (const Stage& stage : plan.stages) {
+      if (stage.small) {
+#pragma omp single
+        for (int i = stage.begin; i < stage.end; ++i) action(i);
+      } else {
+#pragma omp for schedule(static)
+        for (int i = stage.begin; i < stage.end; ++i) action(i);
+      }
+    }
+  }
+};
+
 }  // namespace lockstep::rigid::openmp

@@ -8,6 +8,9 @@
 // The last batches hold a few contacts each. One thread takes several small batches in a row, which needs no barrier
 // between them.
 //
+// A block of `blocks` is one thread's, which goes through its groups of sixteen in order. A barrier stands between
+// rounds.
+//
 // In the original order a contact waits for the one before it at either of its bodies. Contacts that wait for none are
 // level 0, those that wait for level 0 alone are level 1, and so on. Levels are batches, too, and keep the order
 // wherever it matters.
@@ -192,27 +195,10 @@ void bounce(const Contacts& contacts, Array<BodyState>& states) {
   if (any(changed)) store_velocities(v, contacts, motions(states));
 }
 
-// --- Batches
-
-// Calls action(contacts) for all vectors, stage by stage. Every thread of the team must call it. The vectors of a stage
-// share no body that moves, or one thread takes them in order. The barrier at the end of a stage makes its writes
-// visible to the next one.
-template <class Action>
-void for_each_contact(const Plan& plan, Contacts* contacts, const Action& action) {
-  for (const Stage& stage : plan.stages) {
-    if (stage.small) {
-#pragma omp single
-      for (int i = stage.begin; i < stage.end; ++i) action(contacts[i]);
-    } else {
-#pragma omp for schedule(static)
-      for (int i = stage.begin; i < stage.end; ++i) action(contacts[i]);
-    }
-  }
-}
+// --- Orders
 
 // The calling thread's own, kept from call to call (openmp/spatial/workspace.h says why).
 struct Memory {
-  Plan plan;
   Array<BodyState> states;
   Array<Motion<Real>> before;  // [body]: as the step found it
   std::unique_ptr<Contacts[]> contacts;
@@ -233,17 +219,16 @@ Memory& own_memory() {
   return mine;
 }
 
-}  // namespace
-
-void contact_solver_batches(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds,
-                            std::span<const std::int32_t> body, const Batches& batches, Bodies<Real>& bodies,
-                            std::span<Impulses<Real>> impulses, Array<Motion<Real>>& moving) {
+// An order has `vectors` of contacts that are solved at once. The team calls order.prepare() before it asks for
+// order.contacts(vector), the manifolds of one, and order.for_each(action), which calls action(vector) for all: of two
+// that share a body that moves, the earlier comes first, and a barrier or one thread's own order stands between them.
+template <class Order>
+void solve(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds,
+           std::span<const std::int32_t> body, int vectors, const Order& order, Bodies<Real>& bodies,
+           std::span<Impulses<Real>> impulses, Array<Motion<Real>>& moving) {
   const Substep<Real> substep = substep_of<Real>(settings);
   const auto moves = [&](int i) { return bodies.inverse_mass[i].w > 0; };
   Memory& memory = own_memory();
-  Plan& plan = memory.plan;
-  cut(batches, plan);
-  const int vectors = static_cast<int>(plan.vectors.size());
   const std::span<Contacts> contacts = memory.make_room(vectors);
   Array<BodyState>& states = memory.states;
   Array<Motion<Real>>& before = memory.before;
@@ -260,14 +245,12 @@ void contact_solver_batches(const SolverSettings& settings, std::span<const Mani
       before[i] = bodies.motion[i];
       states[i] = {bodies.motion[i], {}};
     }
-    order_by_points(batches, manifolds, plan);
+    order.prepare();
 #pragma omp for schedule(static)
-    for (int i = 0; i < vectors; ++i) {
-      const auto [first, count] = plan.vectors[i];
-      make_contacts(manifolds, {plan.order.data() + first, static_cast<std::size_t>(count)},
-                    static_cast<Real>(settings.bounce_from), body, bodies, impulses, contacts[i]);
-    }
-    const auto for_all = [&](const auto& action) { for_each_contact(plan, contacts.data(), action); };
+    for (int i = 0; i < vectors; ++i)
+      make_contacts(manifolds, order.contacts(i), static_cast<Real>(settings.bounce_from), body, bodies, impulses,
+                    contacts[i]);
+    const auto for_all = [&](const auto& action) { order.for_each([&](int i) { action(contacts[i]); }); };
     for (int part = 0; part < settings.substeps; ++part) {
 #pragma omp for schedule(static)
       for (int i = 0; i < bodies.count; ++i)
@@ -292,6 +275,46 @@ void contact_solver_batches(const SolverSettings& settings, std::span<const Mani
 #pragma omp for schedule(static)
     for (int i = 0; i < vectors; ++i) store_impulses(contacts[i], impulses);
   }
+}
+
+// The order of blocks, likewise.
+struct InBlocks {
+  const ContactBlocks& blocks;
+
+  void prepare() const {}
+  std::span<const std::int32_t> contacts(int group) const {
+    return {&blocks.order[blocks.groups[group]],
+            static_cast<std::size_t>(blocks.groups[group + 1] - blocks.groups[group])};
+  }
+  // The blocks of a round share no body that moves, and one thread takes the groups of a block in order. The barrier at
+  // the end of a round makes its writes visible to the next one.
+  template <class Action>
+  void for_each(const Action& action) const {
+    for (std::size_t round = 0; round + 1 < blocks.rounds.size(); ++round) {
+#pragma omp for schedule(static)
+      for (int block = blocks.rounds[round]; block < blocks.rounds[round + 1]; ++block)
+        for (int group = blocks.blocks[block]; group < blocks.blocks[block + 1]; ++group) action(group);
+    }
+  }
+};
+
+}  // namespace
+
+void contact_solver_batches(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds,
+                            std::span<const std::int32_t> body, const Batches& batches, Bodies<Real>& bodies,
+                            std::span<Impulses<Real>> impulses, Array<Motion<Real>>& moving) {
+  thread_local Plan kept;
+  Plan& plan = kept;  // the team's threads would each see their own `kept`
+  cut(batches, plan);
+  const InBatches<Real> order = {batches, manifolds, plan};
+  solve(settings, manifolds, body, static_cast<int>(plan.vectors.size()), order, bodies, impulses, moving);
+}
+
+void contact_solver_blocks(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds,
+                           std::span<const std::int32_t> body, const ContactBlocks& blocks, Bodies<Real>& bodies,
+                           std::span<Impulses<Real>> impulses, Array<Motion<Real>>& moving) {
+  const InBlocks order = {blocks};
+  solve(settings, manifolds, body, static_cast<int>(blocks.groups.size()) - 1, order, bodies, impulses, moving);
 }
 
 void contact_solver_original(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds,

@@ -8,6 +8,7 @@
 
 #include "common/real.h"
 #include "common/rigid/batches.h"
+#include "common/rigid/contact_blocks.h"
 #include "common/rigid/integrate.h"
 #include "common/rigid/match_contacts.h"
 #include "common/stopwatch.h"
@@ -22,6 +23,10 @@ void find_all(const Placed<Real>& placed, Real margin, StepMemory<Real>& memory)
 }
 void find_moved(const Placed<Real>& placed, Real margin, StepMemory<Real>& memory) {
   narrow_phase_kept(placed, memory.pairs, margin, memory.narrow_phase, memory.kept, memory.manifolds);
+}
+
+std::span<const std::int32_t> bodies_of(const World<Real>& world) {
+  return {world.colliders.body.data(), static_cast<std::size_t>(world.colliders.count)};
 }
 
 // Calls `finds` for the contacts, `reorders` between matching and solving, and `solves` with the bodies of the
@@ -69,10 +74,7 @@ template <class Find>
 void step_in_batches(const StepSettings& settings, World<Real>& world, StepMemory<Real>& memory, Find finds) {
   step(
       settings, world, memory, finds,
-      [&] {
-        memory.batches = batches_folded(
-            memory.manifolds, {world.colliders.body.data(), std::size_t(world.colliders.count)}, world.bodies);
-      },
+      [&] { memory.batches = batches_folded(memory.manifolds, bodies_of(world), world.bodies); },
       [&](std::span<const std::int32_t> body) {
         contact_solver_batches(settings.solver, memory.manifolds, body, memory.batches, world.bodies, memory.impulses,
                                memory.moving);
@@ -95,6 +97,16 @@ void step_batches(const StepSettings& settings, World<Real>& world, StepMemory<R
 
 void step_batches_kept(const StepSettings& settings, World<Real>& world, StepMemory<Real>& memory) {
   step_in_batches(settings, world, memory, find_moved);
+}
+
+void step_blocks(const StepSettings& settings, World<Real>& world, StepMemory<Real>& memory) {
+  step(
+      settings, world, memory, find_all,
+      [&] { contact_blocks(memory.manifolds, bodies_of(world), world.bodies, memory.blocks); },
+      [&](std::span<const std::int32_t> body) {
+        contact_solver_blocks(settings.solver, memory.manifolds, body, memory.blocks, world.bodies, memory.impulses,
+                              memory.moving);
+      });
 }
 
 }  // namespace lockstep::rigid::openmp

@@ -10,7 +10,7 @@
 // relaxation, a rigid sweep, then removes that bias velocity, which is not the bodies' own.
 //
 // The order of contacts matters, because Gauss-Seidel uses each result at once. `original` takes contacts in the order
-// of manifolds, `batches` in an order that a parallel machine can follow. The algorithm is the same.
+// of manifolds, `batches` and `blocks` in orders that a parallel machine can follow. The algorithm is the same.
 //
 // Source: [LRB08] "Rigid Body Simulation"; [ITJ07] Figures 2 to 5. The contract stands in
 // common/rigid/contact_solver.h, the formulas in common/rigid/contact_row.h.
@@ -136,6 +136,17 @@ void store_impulses(const Contact& contact, Impulses<Real>& impulses) {
   }
 }
 
+void solve_reordered(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds,
+                     std::span<const std::int32_t> body, std::span<const std::int32_t> order, Bodies<Real>& bodies,
+                     std::span<Impulses<Real>> impulses, Array<Motion<Real>>& moving) {
+  std::vector<Contact> contacts;
+  contacts.reserve(manifolds.size());
+  for (const std::int32_t k : order)
+    contacts.push_back(make_contact(manifolds[k], static_cast<Real>(settings.bounce_from), body, bodies, impulses[k]));
+  solve_in_order(settings, contacts, bodies, moving);
+  for (std::size_t i = 0; i < contacts.size(); ++i) store_impulses(contacts[i], impulses[order[i]]);
+}
+
 }  // namespace
 
 void contact_solver_original(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds,
@@ -152,12 +163,13 @@ void contact_solver_original(const SolverSettings& settings, std::span<const Man
 void contact_solver_batches(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds,
                             std::span<const std::int32_t> body, const Batches& batches, Bodies<Real>& bodies,
                             std::span<Impulses<Real>> impulses, Array<Motion<Real>>& moving) {
-  std::vector<Contact> contacts;
-  contacts.reserve(manifolds.size());
-  for (const std::int32_t k : batches.order)
-    contacts.push_back(make_contact(manifolds[k], static_cast<Real>(settings.bounce_from), body, bodies, impulses[k]));
-  solve_in_order(settings, contacts, bodies, moving);
-  for (std::size_t i = 0; i < contacts.size(); ++i) store_impulses(contacts[i], impulses[batches.order[i]]);
+  solve_reordered(settings, manifolds, body, batches.order, bodies, impulses, moving);
+}
+
+void contact_solver_blocks(const SolverSettings& settings, std::span<const Manifold<Real>> manifolds,
+                           std::span<const std::int32_t> body, const ContactBlocks& blocks, Bodies<Real>& bodies,
+                           std::span<Impulses<Real>> impulses, Array<Motion<Real>>& moving) {
+  solve_reordered(settings, manifolds, body, blocks.order, bodies, impulses, moving);
 }
 
 }  // namespace lockstep::rigid::serial

@@ -53,7 +53,9 @@ Simulation simulation(const RunOptions& options) {
                         {"openmp", "batches", rigid::openmp::step_batches},
                         {"openmp", "original", rigid::openmp::step_original},
                         {"serial", "batches_kept", rigid::serial::step_batches_kept},
-                        {"openmp", "batches_kept", rigid::openmp::step_batches_kept}};
+                        {"openmp", "batches_kept", rigid::openmp::step_batches_kept},
+                        {"serial", "blocks", rigid::serial::step_blocks},
+                        {"openmp", "blocks", rigid::openmp::step_blocks}};
   const rigid::Scene scene = rigid::load_scene(options.scene);
   const auto state = std::make_shared<State>(State{scene.world, settings_of(scene), {}, {}, 0});
   const Form form = find_form(forms, options.form, [&](const Form& f) { return f.variant == options.variant; });

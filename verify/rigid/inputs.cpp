@@ -18,6 +18,7 @@ Inputs make(const std::string& path) {
   in.now = in.last;
   World<float> after = in.world;
   serial::step_batches(in.settings, after, in.now);
+  serial::contact_blocks(in.now.manifolds, in.body(), in.world.bodies, in.now.blocks);
   return in;
 }
 

@@ -23,7 +23,7 @@ struct Inputs {
   rigid::Scene scene;
   rigid::World<float> world;      // settled
   rigid::StepMemory<float> last;  // of the step before
-  rigid::StepMemory<float> now;   // of the step to come: what each of its phases finds
+  rigid::StepMemory<float> now;   // of the step to come: what each of its phases finds, and its contacts in blocks
   rigid::StepSettings settings;
 
   rigid::Placed<float> placed() const {

@@ -29,7 +29,7 @@ Case integrate_case(const std::string& path) {
 }
 
 const Register integrate{{.name = "rigid/integrate",
-                          .place = 16,
+                          .place = 17,
                           .forms = {{.make = integrate_case, .scenes = scenes_of_all(of_many_bodies)}}}};
 
 }  // namespace

@@ -112,8 +112,8 @@ Scenes scenes_of_runs() {
 
 const Register step{
     {.name = "rigid/step",
-     .place = 17,
-     .serial_forms = {"original", "batches", "batches_kept"},
+     .place = 18,
+     .serial_forms = {"original", "batches", "batches_kept", "blocks"},
      .forms = {
          {.name = "original",
           .make = [](const std::string& path) { return step_case(path, serial::step_original, openmp::step_original); },
@@ -127,10 +127,17 @@ const Register step{
                 return step_case(path, serial::step_batches_kept, openmp::step_batches_kept, true);
               },
           .scenes = with_hulls_at_rest(settled, for_tsan)},
+         {.name = "blocks",
+          .make = [](const std::string& path) { return step_case(path, serial::step_blocks, openmp::step_blocks); },
+          .scenes = and_more(scenes_of_all(and_castle, for_tsan), "castles_4")},
          {.name = "batches_run",
           .make = [](const std::string& path) { return run_case(path, serial::step_batches, openmp::step_batches); },
           .scenes = scenes_of_runs(),
           .covered_by = "batches"},
+         {.name = "blocks_run",
+          .make = [](const std::string& path) { return run_case(path, serial::step_blocks, openmp::step_blocks); },
+          .scenes = scenes_of_runs(),
+          .covered_by = "blocks"},
          {.name = "batches_kept_run",
           .make =
               [](const std::string& path) {
