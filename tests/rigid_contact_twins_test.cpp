@@ -14,6 +14,10 @@ void expect_same_bits(const SolverSettings& settings, const Problem<float>& prob
   solve_original(settings, original);
   solve_batches(settings, batched);
   const Batches batches = serial::batches(problem.manifolds, problem.body, problem.bodies);
+  ContactBlocks blocks;
+  serial::contact_blocks(problem.manifolds, problem.body, problem.bodies, blocks);
+  Problem<float> cut = problem;
+  serial::contact_solver_blocks(settings, cut.manifolds, cut.body, blocks, cut.bodies, cut.impulses, cut.moving);
   for (const int threads : thread_counts) {
     omp_set_num_threads(threads);
     const auto expect = [&](const Problem<float>& expected, const Problem<float>& p, const char* form) {
@@ -29,6 +33,9 @@ void expect_same_bits(const SolverSettings& settings, const Problem<float>& prob
     p = problem;
     openmp::contact_solver_batches(settings, p.manifolds, p.body, batches, p.bodies, p.impulses, p.moving);
     expect(batched, p, "batches");
+    p = problem;
+    openmp::contact_solver_blocks(settings, p.manifolds, p.body, blocks, p.bodies, p.impulses, p.moving);
+    expect(cut, p, "blocks");
   }
 }
 

@@ -3,7 +3,7 @@
 // Blocks are made in rounds. In a round, the contacts that are left are put in the order of the Morton codes of their
 // first body that moves, and cut into blocks of about as many each. A contact is in a block if all its bodies that move
 // are. One that crosses a border is left for the next round. There the curve is shifted, so that borders lie elsewhere,
-// and blocks are fewer, as contacts are. The last round has one block, which takes all that are left.
+// and blocks are fewer, as contacts are. A round with one block leaves none; the eighth has one.
 //
 // So no body that moves is in two blocks of one round. Within a block, contacts are put into groups: up to sixteen that
 // share no body that moves, as many as lanes solve at once. In order, a contact joins the first of 64 open groups that
