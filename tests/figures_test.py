@@ -128,12 +128,12 @@ def reports(threads=(1, 2)):
                 row |= {"work_points": 50.0 * blocks, "band_points": 50.0}
                 levelset.append(row | modelled(cores, ms / min(blocks, cores), ms / min(blocks, cores) + 1))
 
-    serial = {"original": 120.0, "batches": 130.0}
+    serial = {"original": 120.0, "batches": 130.0, "blocks": 140.0}
     contacts = [
         {"scene": "pyramid_24", "form": form, "variant": "serial", "measured_ms": ms} for form, ms in serial.items()
     ]
     for cores in counts:
-        for form, ms in (("original", 30.0), ("batches", 20.0), ("reorder", 2.0)):
+        for form, ms in (("original", 30.0), ("batches", 20.0), ("blocks", 25.0), ("reorder", 2.0)):
             contacts.append(
                 {"scene": "pyramid_24", "form": form, "variant": "openmp"}
                 | modelled(cores, ms / cores, ms / cores + 0.5)
@@ -547,7 +547,7 @@ class Figures(unittest.TestCase):
                 "frame_times": 1,
                 "modules": 1,
                 "roofline": 5,
-                "contact_batches": 3,  # forms
+                "contact_batches": 4,  # forms
                 "fsm_over_fmm": 2,  # algorithms
                 "model_validation": 4,  # forms of fluid/step
             }.items():

@@ -16,8 +16,8 @@ struct Growing {
   std::vector<const char*> scenes;  // smallest first
 };
 const std::vector<Growing> all = {
-    {"rigid/contact_solver", "batches", {"pyramid_15", "pyramid_24", "castle_hit", "castles_4"}},
-    {"rigid/step", "batches", {"pyramid_15", "pyramid_24", "castle_hit", "castles_4"}},
+    {"rigid/contact_solver", "blocks", {"pyramid_15", "pyramid_24", "castle_hit", "castles_4"}},
+    {"rigid/step", "blocks", {"pyramid_15", "pyramid_24", "castle_hit", "castles_4"}},
     {"rigid/gjk", "cold", {"soup_10", "hull_soup", "hull_pit_2000", "hull_soup_100k"}},
     {"fluid/step", "pair_lists", {"dam_break_5k", "dam_break_35k", "dam_break_100k", "dam_break_500k"}},
     {"cloth/relax", "colours", {"flag_33", "flag_128", "flag_256", "flag_1024"}},

@@ -15,6 +15,7 @@ REPORTS = {"bench": None, "scale": None}
 # On 64 cores over one, by kernel and, where the paper is about one, by form.
 PAPER_AT_64 = {
     ("rigid/contact_solver", "batches"): (35, 35),
+    ("rigid/contact_solver", "blocks"): (35, 35),
     ("levelset/fast_marching", None): (21, 21),
     ("levelset/fast_sweeping", "blocks"): (55, 55),
     ("rigid/step", None): (36, 61),
