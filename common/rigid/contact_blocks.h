@@ -20,7 +20,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -125,13 +124,12 @@ class OpenGroups {
       : ends_(ends), taken_(taken), close_(close) {}
 
   void add(std::int32_t contact) {
-    const auto [a, b] = ends_[contact];
-    const auto taken = [&] { return (a >= 0 ? taken_[a] : 0) | (b >= 0 ? taken_[b] : 0); };
-    if (~taken() == 0) close_all();
-    const int group = std::countr_one(taken());
+    const Ends& ends = ends_[contact];
+    if (~taken(ends) == 0) close_all();
+    const int group = std::countr_one(taken(ends));
     const std::uint64_t bit = std::uint64_t(1) << group;
-    if (a >= 0) taken_[a] |= bit;
-    if (b >= 0) taken_[b] |= bit;
+    if (ends.a >= 0) taken_[ends.a] |= bit;
+    if (ends.b >= 0) taken_[ends.b] |= bit;
     contacts_[group][size_[group]++] = contact;
     if (size_[group] == group_size) close(group);
   }
@@ -143,6 +141,11 @@ class OpenGroups {
 
  private:
   static constexpr int open_groups = 64;
+
+  // The groups that have a contact's bodies.
+  std::uint64_t taken(const Ends& ends) const {
+    return (ends.a >= 0 ? taken_[ends.a] : 0) | (ends.b >= 0 ? taken_[ends.b] : 0);
+  }
 
   void close(int group) {
     const std::span<const std::int32_t> contacts(contacts_[group], size_[group]);
