@@ -152,8 +152,9 @@ void levelset_slice(const FigureOptions&, const Model&, RowsOf& rows) {
 void contact_batches(const FigureOptions& options, const Model& model, RowsOf& rows) {
   using namespace rigid;
   const std::vector<std::string> scenes =
-      options.quick ? std::vector<std::string>{"pyramid_15"}
-                    : std::vector<std::string>{"pyramid_24", "box_pit_4000", "hull_pit_2000", "castle_hit", "castles_4"};
+      options.quick
+          ? std::vector<std::string>{"pyramid_15"}
+          : std::vector<std::string>{"pyramid_24", "box_pit_4000", "hull_pit_2000", "castle_hit", "castles_4"};
   for (const std::string& name : scenes) {
     const Scene scene = load_scene("scenes/rigid/" + name + ".toml");
     const StepSettings settings = settings_of(scene);
