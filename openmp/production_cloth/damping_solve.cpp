@@ -1,13 +1,13 @@
 // The damping of a cloth, implicit, by conjugate gradients.
 //
 // The algorithm stands in serial/production_cloth/damping_solve.cpp. In a product, as in `forces`, a vertex goes
-// through its links itself, and adds up the parts that membranes and hinges have stored, in the order of the elements:
-// the serial bits. Sixteen vertices at once.
+// through its links itself, and adds up the parts that membranes and folding triangles have stored, in the order of the
+// elements: the serial bits. Sixteen vertices at once.
 //
-// All iterations are one parallel region, in which every thread carries the same scalars along. An iteration waits four
-// times: for the parts of membranes and hinges; for A p and p . A p; for the residual and its two sums;
-// for the next direction. Sums are of blocks of vertices, in the order of linear/'s dot product, and each thread adds
-// up all blocks itself.
+// All iterations are one parallel region, in which every thread carries the same scalars along. An iteration waits
+// three times: for A p and p . A p; for the residual and its two sums; for the next direction. Where the cloth has
+// membranes it waits for their parts, too, and with hinges for rates and parts. Sums are of blocks of vertices, in the
+// order of linear/'s dot product, and each thread adds up all blocks itself.
 //
 // The contract stands in common/production_cloth/damping_solve.h.
 #include "common/production_cloth/damping_solve.h"
@@ -26,16 +26,16 @@ namespace {
 
 constexpr int record_floats = 4 * lanes;  // of a slice
 
-Vector3<floatv> record(std::span<const Real> x, int slice) {
+LOCKSTEP_INLINE Vector3<floatv> record(std::span<const Real> x, int slice) {
   return load_sixteen(&x[record_floats * static_cast<std::size_t>(slice)]);
 }
-void set(std::span<Real> x, int slice, const Vector3<floatv>& value) {
+LOCKSTEP_INLINE void set(std::span<Real> x, int slice, const Vector3<floatv>& value) {
   store_sixteen(&x[record_floats * static_cast<std::size_t>(slice)], value);
 }
 
 template <class Springs, class Bending>
-Vector3<floatv> add_links(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
-                          int slice) {
+LOCKSTEP_INLINE Vector3<floatv> add_links(const Elements<Real>& elements, const State<Real>& state,
+                                          std::span<const Real> v, int slice) {
   const Vector3<floatv> own = record(v, slice);
   const floatv bend_damping = elements.bend_damping;
   Vector3<floatv> sum = {0.f, 0.f, 0.f};
@@ -56,32 +56,50 @@ Vector3<floatv> add_links(const Elements<Real>& elements, const State<Real>& sta
   return sum;
 }
 
-// The parts of membranes and hinges. A team calls it, and waits at its end.
-void store_all_parts(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
+LOCKSTEP_INLINE Vector3<floatv> corner(std::span<const Real> v, const Blocked<std::int32_t>& corners, int block,
+                                       int c) {
+  return load_records_at(v.data(), corners.vector(block, c));
+}
+
+// The parts of membranes. A team calls it.
+void store_membranes(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
                      DampingRoom& room) {
-  if (elements.membranes == 0 && elements.hinges == 0) return;
-  const auto corner = [&](const Blocked<std::int32_t>& corners, int block, int c) {
-    return load_records_at(v.data(), corners.vector(block, c));
-  };
   // A block writes its own parts.
 #pragma omp for schedule(static) nowait
   for (int block = 0; block < elements.membrane_corner_blocks(); ++block) {
     const auto field = [&](const Blocked<Real>& array, int k) { return load(array.vector(block, k)); };
+    const auto x = [&](int c) { return corner(v, elements.membrane_corner, block, c); };
     const Columns<floatv> f = {load_fields(state.deformation, block, 0), load_fields(state.deformation, block, 3)};
-    store_parts(damping_of_membrane<floatv>(
-                    elements, membrane_of<floatv>(elements, field), f, corner(elements.membrane_corner, block, 0),
-                    corner(elements.membrane_corner, block, 1), corner(elements.membrane_corner, block, 2)),
-                &room.parts[membrane_parts(block)]);
+    store_parts(damping_of_membrane<floatv>(elements, membrane_of<floatv>(elements, field), f, x(0), x(1), x(2)),
+                &room.membrane_parts[membrane_parts(block)]);
   }
-  // Likewise.
+}
+
+LOCKSTEP_INLINE Facet<floatv> facets_at(const State<Real>& state, int block) {
+  const auto at = [&](int c) { return load(state.facet.vector(block, 3 + c)); };
+  return {load_fields(state.facet, block, 0), {at(0), at(1), at(2)}};
+}
+
+// The parts of triangles that fold. A team calls it.
+void store_facets(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
+                  std::span<Real> rates, DampingRoom& room) {
+  // A block writes its own rates.
 #pragma omp for schedule(static)
-  for (int block = 0; block < elements.hinge_corner_blocks(); ++block) {
-    Parts<floatv, 4> slope, of_corners;
-    for (int c = 0; c < 4; ++c) {
-      slope.of[c] = load_fields(state.fold, block, 3 * c);
-      of_corners.of[c] = corner(elements.hinge_corner, block, c);
+  for (int block = 0; block < elements.facet_blocks(); ++block) {
+    const auto x = [&](int c) { return corner(v, elements.facet_corner, block, c); };
+    const Sides<floatv> rate = rates_of_facet(facets_at(state, block), x(0), x(1), x(2));
+    for (int c = 0; c < 3; ++c) store(&rates[lanes * (3 * static_cast<std::size_t>(block) + c)], rate.of[c]);
+  }
+  // A block writes its own parts; it reads rates, which are all there.
+#pragma omp for schedule(static) nowait
+  for (int block = 0; block < elements.facet_blocks(); ++block) {
+    Sides<floatv> torque;
+    for (int c = 0; c < 3; ++c) {
+      const std::size_t side = lanes * (3 * static_cast<std::size_t>(block) + c);
+      torque.of[c] =
+          load(&state.resistance[side]) * (load(&rates[side]) + load_at(rates, elements.beside.vector(block, c)));
     }
-    store_parts(damping_of_hinge(slope, of_corners), &room.parts[hinge_parts(elements, block)]);
+    store_parts(parts_of_facet(facets_at(state, block), torque), &room.facet_parts[membrane_parts(block)]);
   }
 }
 
@@ -92,8 +110,13 @@ static_assert(linear::dot_block % record_floats == 0);
 // every block of slices. A team calls it, and waits at its end.
 template <class Row, class Sum>
 void damp(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v, DampingRoom& room,
-          const Row& row, const Sum& sum) {
-  store_all_parts(elements, state, v, room);
+          std::span<Real> rates, const Row& row, const Sum& sum) {
+  if (elements.membranes > 0) store_membranes(elements, state, v, room);
+  if (elements.facets > 0) store_facets(elements, state, v, rates, room);
+  // Parts of other threads' blocks are read below.
+  if (elements.membranes > 0 || elements.facets > 0) {
+#pragma omp barrier
+  }
   with_links_of(elements, [&](auto springs, auto bending) {
     const int slices = elements.slices();
     // A block writes its own rows and sums.
@@ -101,8 +124,10 @@ void damp(const Elements<Real>& elements, const State<Real>& state, std::span<co
     for (int begin = 0; begin < slices; begin += slices_of_block) {
       const int end = std::min(begin + slices_of_block, slices);
       for (int slice = begin; slice < end; ++slice) {
-        const Vector3<floatv> pulls = add_links<decltype(springs), decltype(bending)>(elements, state, v, slice);
-        row(slice, add_parts(elements.parts_at, room.parts.data(), slice, pulls));
+        Vector3<floatv> pulls = add_links<decltype(springs), decltype(bending)>(elements, state, v, slice);
+        if (elements.membranes > 0) pulls = add_parts(elements.corners_at, room.membrane_parts.data(), slice, pulls);
+        if (elements.facets > 0) pulls = add_parts(elements.corners_at, room.facet_parts.data(), slice, pulls);
+        row(slice, pulls);
       }
       sum(begin / slices_of_block, begin * record_floats, end * record_floats);
     }
@@ -119,9 +144,12 @@ double total(const DampingRoom& room, int which) {
 }  // namespace
 
 DampingMemory<Real> make_damping_memory(const Elements<Real>& elements) {
-  DampingMemory<Real> memory = {make_records(elements), make_records(elements)};
+  const int places = elements.last_place();
+  DampingMemory<Real> memory = {make_records(elements), make_records(elements), Array<Real>(places)};
   DampingRoom& room = memory.room;
-  room.p = room.q = room.inverse_mass = make_records(elements), room.parts = make_parts(elements);
+  room.p = room.q = room.inverse_mass = make_records(elements);
+  if (elements.membranes > 0) room.membrane_parts.resize(4 * static_cast<std::size_t>(places + 1));
+  if (elements.facets > 0) room.facet_parts.resize(4 * static_cast<std::size_t>(places + 1));
   room.sums.resize(3 * ((memory.b.size() + linear::dot_block - 1) / linear::dot_block));
   return memory;
 }
@@ -153,7 +181,7 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
   };
   const auto multiply = [&] {
     damp(
-        elements, state, p, room,
+        elements, state, p, room, memory.rates,
         [&](int i, const Vector3<floatv>& pulls) {
           const Vector3<floatv> row = load(&mass[lanes * i]) * record(p, i) - half_step * pulls;
           set(q, i, select(free(i), row, none));
@@ -177,7 +205,7 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
       set(room.inverse_mass, i, {inverse, inverse, inverse});
     }
     damp(
-        elements, state, x, room,
+        elements, state, x, room, memory.rates,
         [&](int i, const Vector3<floatv>& pulls) {
           const Vector3<floatv> rest = half_step * (load(f, lanes * i) + pulls);
           set(r, i, select(free(i), rest, none));

@@ -2,6 +2,8 @@
 // their corners, stored in such records, which vertices then add up.
 #pragma once
 
+#include <span>
+
 #include "common/production_cloth/elastic.h"
 #include "common/production_cloth/element_forces.h"
 #include "common/simd.h"
@@ -12,6 +14,18 @@ namespace lockstep::production_cloth::openmp {
 LOCKSTEP_INLINE Vector3<floatv> load_records_at(const float* records, const std::int32_t* index) {
   const Quads quads = load_quads(records, index);
   return {quads.field[0], quads.field[1], quads.field[2]};
+}
+
+// Numbers at places of their own, one by one: the processor's own gather takes longer.
+LOCKSTEP_INLINE floatv load_at(std::span<const float> from, const std::int32_t* place) {
+  float of_lanes[lanes];
+  for (int l = 0; l < lanes; ++l) of_lanes[l] = from[place[l]];
+  return load(of_lanes);
+}
+LOCKSTEP_INLINE void store_at(std::span<float> to, const std::int32_t* place, floatv value) {
+  float of_lanes[lanes];
+  store(of_lanes, value);
+  for (int l = 0; l < lanes; ++l) to[place[l]] = of_lanes[l];
 }
 
 // Sixteen records one after another.
@@ -58,6 +72,15 @@ inline Array<float> make_parts(const Elements<float>& elements) {
 }
 inline Array<float> make_records(const Elements<float>& elements) {
   return Array<float>(4 * lanes * static_cast<std::size_t>(elements.slices()));
+}
+
+// Positions as records. Called by all threads of a team.
+inline void pack(const Elements<float>& elements, const Vectors<float>& position, Array<float>& records) {
+  const Vector3<const float*> x = pointers(position);
+  // A slice writes its own records.
+#pragma omp for schedule(static)
+  for (int slice = 0; slice < elements.slices(); ++slice)
+    store_sixteen(&records[4 * lanes * static_cast<std::size_t>(slice)], load(x, lanes * slice));
 }
 
 // Calls f(has_springs, has_bending), as constants, so that loops hold no branches.

@@ -1,9 +1,12 @@
 // The damping of a cloth, implicit, by conjugate gradients: one product with D an iteration.
 //
 // Damping resists the change of each element's shape, along the directions that `forces` has left. A product goes
-// through the elements and adds to their corners what they resist with. At the time steps that explicit elastic forces
-// allow, mass is most of the system. It is also the only part of the diagonal that is known without going through the
-// elements: so it is the preconditioner.
+// through the elements and adds to their corners what they resist with. Hinges are damped triangle by triangle: first
+// how fast each turns about its sides, then what that gives to its three corners. Hinges have four, and there
+// are three of them to two triangles.
+//
+// At the time steps that explicit elastic forces allow, mass is most of the system. It is also the only part of the
+// diagonal that is known without going through the elements: so it is the preconditioner.
 //
 // Held vertices are filtered: their rows and columns are left out, and their velocities act by the right-hand side.
 //
@@ -58,32 +61,49 @@ void add_membranes(const Elements<Real>& elements, const State<Real>& state, std
   }
 }
 
-void add_hinges(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
-                std::span<Real> pulls) {
-  for (int h = 0; h < elements.hinges; ++h) {
-    Parts<Real, 4> slope, of_corners;
-    for (int c = 0; c < 4; ++c) {
-      slope.of[c] = {state.fold.at(h, 3 * c), state.fold.at(h, 3 * c + 1), state.fold.at(h, 3 * c + 2)};
-      of_corners.of[c] = record(v, elements.hinge_corner.at(h, c));
-    }
-    const Parts<Real, 4> parts = damping_of_hinge(slope, of_corners);
-    for (int c = 0; c < 4; ++c) add(pulls, elements.hinge_corner.at(h, c), parts.of[c]);
+Facet<Real> facet_at(const State<Real>& state, int t) {
+  const auto field = [&](int k) { return state.facet.at(t, k); };
+  return {{field(0), field(1), field(2)}, {field(3), field(4), field(5)}};
+}
+
+void set_rates(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
+               std::span<Real> rates) {
+  for (int t = 0; t < elements.facets; ++t) {
+    const auto corner = [&](int c) { return record(v, elements.facet_corner.at(t, c)); };
+    const Sides<Real> rate = rates_of_facet(facet_at(state, t), corner(0), corner(1), corner(2));
+    for (int c = 0; c < 3; ++c) rates[elements.place_of(t, c)] = rate.of[c];
   }
 }
 
-// pulls = -D v.
-void damp(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v, std::span<Real> pulls) {
+void add_hinges(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> rates,
+                std::span<Real> pulls) {
+  for (int t = 0; t < elements.facets; ++t) {
+    Sides<Real> torque;
+    for (int c = 0; c < 3; ++c) {
+      const int side = elements.place_of(t, c);
+      torque.of[c] = state.resistance[side] * (rates[side] + rates[elements.beside.at(t, c)]);
+    }
+    const Parts<Real, 3> parts = parts_of_facet(facet_at(state, t), torque);
+    for (int c = 0; c < 3; ++c) add(pulls, elements.facet_corner.at(t, c), parts.of[c]);
+  }
+}
+
+// memory.pulls = -D v.
+void damp(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
+          DampingMemory<Real>& memory) {
+  const std::span<Real> pulls = memory.pulls;
   std::ranges::fill(pulls, Real(0));
   add_links(elements, state, v, pulls);
   add_membranes(elements, state, v, pulls);
-  add_hinges(elements, state, v, pulls);
+  set_rates(elements, state, v, memory.rates);
+  add_hinges(elements, state, memory.rates, pulls);
 }
 
 }  // namespace
 
 DampingMemory<Real> make_damping_memory(const Elements<Real>& elements) {
   const std::size_t n = 4 * static_cast<std::size_t>(elements.vertices);
-  return {Array<Real>(n), Array<Real>(n), Array<Real>(n)};
+  return {Array<Real>(n), Array<Real>(n), Array<Real>(elements.last_place()), Array<Real>(n)};
 }
 
 linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>& state, const Array<Real>& mass,
@@ -91,14 +111,14 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
                                const linear::Stop& stop, Vectors<Real>& velocity, DampingMemory<Real>& memory) {
   const Vector3<Real> none = {0, 0, 0};
   for (int i = 0; i < elements.vertices; ++i) set(memory.x, i, load(velocity, i));
-  damp(elements, state, memory.x, memory.pulls);
+  damp(elements, state, memory.x, memory);
   for (int i = 0; i < elements.vertices; ++i) {
     const Vector3<Real> rest = half_step * (load(force, i) + record(memory.pulls, i));
     set(memory.b, i, select(inverse_mass[i] > 0, rest, none));
   }
 
   const auto multiply = [&](std::span<const Real> p, std::span<Real> q) {
-    damp(elements, state, p, memory.pulls);
+    damp(elements, state, p, memory);
     for (int i = 0; i < elements.vertices; ++i) {
       const Vector3<Real> row = mass[i] * record(p, i) - half_step * record(memory.pulls, i);
       set(q, i, select(inverse_mass[i] > 0, row, none));
