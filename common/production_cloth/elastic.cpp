@@ -172,19 +172,20 @@ void add_hinges(const Topology& topology, const Vectors<double>& rest, const Mat
 template <class Real>
 void add_facets(const Topology& topology, Elements<Real>& e) {
   e.facets = static_cast<int>(topology.triangles.size());
-  e.facet_corner = e.beside = {3, e.facet_blocks()}, e.hinge_side = {2, e.hinge_corner_blocks()};
+  e.facet_corner.resize(e.last_place()), e.beside.resize(e.last_place());
+  e.hinge_side = {2, e.hinge_corner_blocks()};
   std::vector<std::vector<std::int32_t>> sides_of(topology.edges.size());
   for (int t = 0; t < lanes * e.facet_blocks(); ++t)
     for (int c = 0; c < 3; ++c) {
       const int triangle = std::min(t, e.facets - 1);
-      e.facet_corner.at(t, c) = topology.corners(triangle)[c], e.beside.at(t, c) = e.place_of(t, c);
+      e.facet_corner[e.place_of(t, c)] = topology.corners(triangle)[c], e.beside[e.place_of(t, c)] = e.place_of(t, c);
       if (t < e.facets) sides_of[topology.edges_of[t][c]].push_back(e.place_of(t, c));
     }
   // Hinges are in the order of their edges, with two sides each.
   int h = 0;
   for (const auto& sides : sides_of)
     if (sides.size() == 2) {
-      e.beside.value[sides[0]] = sides[1], e.beside.value[sides[1]] = sides[0];
+      e.beside[sides[0]] = sides[1], e.beside[sides[1]] = sides[0];
       e.hinge_side.at(h, 0) = sides[0], e.hinge_side.at(h, 1) = sides[1], ++h;
     }
   for (; h < lanes * e.hinge_corner_blocks(); ++h)

@@ -20,6 +20,7 @@
 
 #include "common/blocked.h"
 #include "common/production_cloth/cloth.h"
+#include "common/production_cloth/element_forces.h"
 
 namespace lockstep::production_cloth {
 
@@ -63,10 +64,10 @@ struct Elements {
   // corner c. Filled up likewise, with sides of no hinge. What a triangle has for a corner, or for the side opposite to
   // it, stands at place_of; behind all stands a 0.
   int facets = 0;
-  Blocked<std::int32_t> facet_corner;  // 3
-  Blocked<std::int32_t> beside;        // 3: the place of the same side in the triangle beside; at the rim, its own
-  Blocked<std::int32_t> hinge_side;    // 2: the places of the side that is the hinge
-  Slices corners_at;                   // the places of each vertex's corners, of facets or membranes, in their order
+  Array<std::int32_t> facet_corner;  // [place]
+  Array<std::int32_t> beside;        // [place] of a side: the place of the same side in the triangle beside, or its own
+  Blocked<std::int32_t> hinge_side;  // 2: the places of the side that is the hinge
+  Slices corners_at;                 // the places of each vertex's corners, of facets or membranes, in their order
 
   // What membranes and hinges give to their corners stands in records of four numbers: x, y, z, 0. Corner c of membrane
   // e is that of place_of, of hinge e that of hinge_record. The last record is 0.
@@ -95,7 +96,8 @@ struct State {
   // Of springs, the direction times root_of_damping: serial [3 edge + c], openmp [16 (3 item + c) + lane].
   Array<Real> along;
   Blocked<Real> deformation;   // 6: F by columns, of membranes
-  Blocked<Real> facet;         // 6: Facet (element_forces.h), of triangles
+  Array<Facet<Real>> facets;   // serial: of each triangle
+  Blocked<Real> facet;         // openmp: 6, of a Facet
   Array<Real> resistance;      // [place] of each side's hinge; 0 where there is none
   Array<Real> records, parts;  // openmp's scratch: positions, four numbers a vertex; parts
 };
@@ -105,7 +107,7 @@ struct State {
 template <class Real>
 State<Real> make_state_of_blocks(const Elements<Real>& e) {
   State<Real> state;
-  state.deformation = {6, e.membrane_corner_blocks()}, state.facet = {6, e.facet_blocks()};
+  state.deformation = {6, e.membrane_corner_blocks()},
   state.resistance.resize(3 * lanes * static_cast<std::size_t>(e.facet_blocks()));
   return state;
 }

@@ -56,11 +56,6 @@ LOCKSTEP_INLINE Vector3<floatv> add_links(const Elements<Real>& elements, const 
   return sum;
 }
 
-LOCKSTEP_INLINE Vector3<floatv> corner(std::span<const Real> v, const Blocked<std::int32_t>& corners, int block,
-                                       int c) {
-  return load_records_at(v.data(), corners.vector(block, c));
-}
-
 // The parts of membranes. A team calls it.
 void store_membranes(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
                      DampingRoom& room) {
@@ -68,7 +63,7 @@ void store_membranes(const Elements<Real>& elements, const State<Real>& state, s
 #pragma omp for schedule(static) nowait
   for (int block = 0; block < elements.membrane_corner_blocks(); ++block) {
     const auto field = [&](const Blocked<Real>& array, int k) { return load(array.vector(block, k)); };
-    const auto x = [&](int c) { return corner(v, elements.membrane_corner, block, c); };
+    const auto x = [&](int c) { return load_records_at(v.data(), elements.membrane_corner.vector(block, c)); };
     const Columns<floatv> f = {load_fields(state.deformation, block, 0), load_fields(state.deformation, block, 3)};
     store_parts(damping_of_membrane<floatv>(elements, membrane_of<floatv>(elements, field), f, x(0), x(1), x(2)),
                 &room.membrane_parts[membrane_parts(block)]);
@@ -86,20 +81,19 @@ void store_facets(const Elements<Real>& elements, const State<Real>& state, std:
   // A block writes its own rates.
 #pragma omp for schedule(static)
   for (int block = 0; block < elements.facet_blocks(); ++block) {
-    const auto x = [&](int c) { return corner(v, elements.facet_corner, block, c); };
+    const auto x = [&](int c) { return facet_corners(elements, v, block, c); };
     const Sides<floatv> rate = rates_of_facet(facets_at(state, block), x(0), x(1), x(2));
-    for (int c = 0; c < 3; ++c) store(&rates[lanes * (3 * static_cast<std::size_t>(block) + c)], rate.of[c]);
+    for (int c = 0; c < 3; ++c) store(&rates[corner_place(block, c)], rate.of[c]);
   }
   // A block writes its own parts; it reads rates, which are all there.
 #pragma omp for schedule(static) nowait
   for (int block = 0; block < elements.facet_blocks(); ++block) {
-    Sides<floatv> torque;
-    for (int c = 0; c < 3; ++c) {
-      const std::size_t side = lanes * (3 * static_cast<std::size_t>(block) + c);
-      torque.of[c] =
-          load(&state.resistance[side]) * (load(&rates[side]) + load_at(rates, elements.beside.vector(block, c)));
-    }
-    store_parts(parts_of_facet(facets_at(state, block), torque), &room.facet_parts[membrane_parts(block)]);
+    const auto torque = [&](int c) {
+      const std::size_t side = corner_place(block, c);
+      return load(&state.resistance[side]) * (load(&rates[side]) + load_at(rates, &elements.beside[side]));
+    };
+    store_parts(parts_of_facet(facets_at(state, block), {torque(0), torque(1), torque(2)}),
+                &room.facet_parts[membrane_parts(block)]);
   }
 }
 

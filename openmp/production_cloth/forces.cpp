@@ -1,10 +1,9 @@
 // The elastic forces of a cloth.
 //
-// The algorithm and its serial form stand in serial/production_cloth/forces.cpp. Elements that share a vertex would
-// write to it together. So a vertex goes through its links itself, sixteen vertices at once: a link is computed twice,
-// once from either end, where it has the same bits but for the sign, as d = x_to - x_from has. Membranes and hinges,
-// which would be computed three and four times, are taken sixteen at a time and store their parts, which vertices then
-// add up. Each vertex adds in the order of the elements: the serial bits.
+// The algorithm stands in serial/production_cloth/forces.cpp. Elements that share a vertex would write to it together.
+// So a vertex goes through its links itself, sixteen vertices at once: a link is computed twice, once from either end,
+// where it has the same bits but for the sign. Membranes and hinges, which would be computed three and four times, are
+// taken sixteen at a time and store their parts, which vertices add up in the order of the elements: the serial bits.
 //
 // Three contrasts. A vertex computes membranes and hinges itself: the same bits, and nothing is stored. Elements in
 // colours add to their vertices at once, sixteen together. Or threads add each part under its vertex's lock ([ITJ07]).
@@ -67,7 +66,7 @@ void set_facets(const Elements<Real>& elements, State<Real>& state) {
   // A block writes its own facets.
 #pragma omp for schedule(static) nowait
   for (int block = 0; block < elements.facet_blocks(); ++block) {
-    const auto x = [&](int c) { return load_records_at(state.records.data(), elements.facet_corner.vector(block, c)); };
+    const auto x = [&](int c) { return facet_corners(elements, state.records, block, c); };
     const Facet<floatv> facet = facet_of(x(0), x(1), x(2));
     const floatv fields[] = {facet.normal.x, facet.normal.y, facet.normal.z, facet.at[0], facet.at[1], facet.at[2]};
     for (int k = 0; k < 6; ++k) store(state.facet.vector(block, k), fields[k]);
@@ -98,7 +97,8 @@ void store_all_parts(const Elements<Real>& elements, State<Real>& state) {
 State<Real> make_state(const Elements<Real>& elements) {
   State<Real> state = make_state_of_blocks(elements);
   if (elements.has_springs) state.along.resize(3 * elements.edges_at.at.size());
-  state.records = make_records(elements), state.parts = make_parts(elements);
+  state.facet = {6, elements.facet_blocks()}, state.records = make_records(elements),
+  state.parts = make_parts(elements);
   return state;
 }
 

@@ -60,6 +60,13 @@ LOCKSTEP_INLINE void store_fields(Blocked<float>& array, int block, int field, c
   store(array.vector(block, field + 2), v.z);
 }
 
+// Where a block's triangles have what they have for corner c, or for the side opposite to it.
+inline std::size_t corner_place(int block, int c) { return lanes * (3 * static_cast<std::size_t>(block) + c); }
+LOCKSTEP_INLINE Vector3<floatv> facet_corners(const Elements<float>& elements, std::span<const float> records,
+                                              int block, int c) {
+  return load_records_at(records.data(), &elements.facet_corner[corner_place(block, c)]);
+}
+
 // Where the parts of a block's elements begin.
 inline std::size_t membrane_parts(int block) { return 4 * lanes * 3 * static_cast<std::size_t>(block); }
 inline std::size_t hinge_parts(const Elements<float>& elements, int block) {

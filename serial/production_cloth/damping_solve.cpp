@@ -30,7 +30,10 @@ void set(std::span<Real> x, int vertex, const Vector3<Real>& value) {
   Real* const at = &x[4 * static_cast<std::size_t>(vertex)];
   at[0] = value.x, at[1] = value.y, at[2] = value.z, at[3] = 0;
 }
-void add(std::span<Real> x, int vertex, const Vector3<Real>& part) { set(x, vertex, record(x, vertex) + part); }
+void add(std::span<Real> x, int vertex, const Vector3<Real>& part) {
+  Real* const at = &x[4 * static_cast<std::size_t>(vertex)];
+  at[0] += part.x, at[1] += part.y, at[2] += part.z;
+}
 
 void add_links(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
                std::span<Real> pulls) {
@@ -61,16 +64,11 @@ void add_membranes(const Elements<Real>& elements, const State<Real>& state, std
   }
 }
 
-Facet<Real> facet_at(const State<Real>& state, int t) {
-  const auto field = [&](int k) { return state.facet.at(t, k); };
-  return {{field(0), field(1), field(2)}, {field(3), field(4), field(5)}};
-}
-
 void set_rates(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
                std::span<Real> rates) {
   for (int t = 0; t < elements.facets; ++t) {
-    const auto corner = [&](int c) { return record(v, elements.facet_corner.at(t, c)); };
-    const Sides<Real> rate = rates_of_facet(facet_at(state, t), corner(0), corner(1), corner(2));
+    const auto corner = [&](int c) { return record(v, elements.facet_corner[elements.place_of(t, c)]); };
+    const Sides<Real> rate = rates_of_facet(state.facets[t], corner(0), corner(1), corner(2));
     for (int c = 0; c < 3; ++c) rates[elements.place_of(t, c)] = rate.of[c];
   }
 }
@@ -78,13 +76,12 @@ void set_rates(const Elements<Real>& elements, const State<Real>& state, std::sp
 void add_hinges(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> rates,
                 std::span<Real> pulls) {
   for (int t = 0; t < elements.facets; ++t) {
-    Sides<Real> torque;
-    for (int c = 0; c < 3; ++c) {
+    const auto torque = [&](int c) {
       const int side = elements.place_of(t, c);
-      torque.of[c] = state.resistance[side] * (rates[side] + rates[elements.beside.at(t, c)]);
-    }
-    const Parts<Real, 3> parts = parts_of_facet(facet_at(state, t), torque);
-    for (int c = 0; c < 3; ++c) add(pulls, elements.facet_corner.at(t, c), parts.of[c]);
+      return state.resistance[side] * (rates[side] + rates[elements.beside[side]]);
+    };
+    const Parts<Real, 3> parts = parts_of_facet(state.facets[t], {torque(0), torque(1), torque(2)});
+    for (int c = 0; c < 3; ++c) add(pulls, elements.facet_corner[elements.place_of(t, c)], parts.of[c]);
   }
 }
 

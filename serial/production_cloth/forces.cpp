@@ -35,10 +35,8 @@ void add_links(const Elements<Real>& elements, const Vectors<Real>& position, St
 
 void set_facets(const Elements<Real>& elements, const Vectors<Real>& position, State<Real>& state) {
   for (int t = 0; t < elements.facets; ++t) {
-    const auto x = [&](int c) { return load(position, elements.facet_corner.at(t, c)); };
-    const Facet<Real> facet = facet_of(x(0), x(1), x(2));
-    const Real fields[] = {facet.normal.x, facet.normal.y, facet.normal.z, facet.at[0], facet.at[1], facet.at[2]};
-    for (int k = 0; k < 6; ++k) state.facet.at(t, k) = fields[k];
+    const auto x = [&](int c) { return load(position, elements.facet_corner[elements.place_of(t, c)]); };
+    state.facets[t] = facet_of(x(0), x(1), x(2));
   }
 }
 
@@ -74,6 +72,7 @@ void add_hinges(const Elements<Real>& elements, const Vectors<Real>& position, S
 State<Real> make_state(const Elements<Real>& elements) {
   State<Real> state = make_state_of_blocks(elements);
   if (elements.has_springs) state.along.resize(3 * static_cast<std::size_t>(elements.edges));
+  state.facets.resize(elements.facets);
   return state;
 }
 
