@@ -32,10 +32,11 @@ namespace lockstep::production_cloth {
 namespace openmp {
 
 struct DampingRoom {
-  Array<float> p, q;                         // the direction; A p
-  Array<float> inverse_mass;                 // 1/kg: of the vertex, in each of its numbers
-  Array<float> membrane_parts, facet_parts;  // records, by place
-  Array<double> sums;                        // [block]: three each
+  Array<float> p, q;            // the direction; A p
+  Array<float> inverse_mass;    // 1/kg: of the vertex, in each of its numbers
+  Array<float> membrane_parts;  // records, by place
+  Array<float> pushes;          // [place]: pushes_of_facet
+  Array<double> sums;           // [block]: three each
 };
 
 }  // namespace openmp

@@ -211,6 +211,10 @@ Elements<Real> make_elements(const Topology& topology, const Vectors<double>& re
     for (int c = 0; c < 4; ++c) parts_at[e.hinge_corner.at(h, c)].push_back(e.hinge_record(h, c));
   const auto itself = [](int, int place) { return place; };
   e.corners_at = slices_of(corners_at, itself, [&](int) { return e.last_place(); });
+  e.facet_at.resize(e.corners_at.at.size());
+  for (std::size_t k = 0; k < e.facet_at.size(); ++k)
+    if (const int place = e.corners_at.at[k]; place < e.last_place())
+      e.facet_at[k] = place / (3 * lanes) * lanes + place % lanes;
   e.parts_at = slices_of(parts_at, itself, [&](int) { return e.last_record(); });
   return e;
 }

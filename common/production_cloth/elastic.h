@@ -68,6 +68,7 @@ struct Elements {
   Array<std::int32_t> beside;        // [place] of a side: the place of the same side in the triangle beside, or its own
   Blocked<std::int32_t> hinge_side;  // 2: the places of the side that is the hinge
   Slices corners_at;                 // the places of each vertex's corners, of facets or membranes, in their order
+  Array<std::int32_t> facet_at;      // the facet of each corner in corners_at; 0 of what fills up
 
   // What membranes and hinges give to their corners stands in records of four numbers: x, y, z, 0. Corner c of membrane
   // e is that of place_of, of hinge e that of hinge_record. The last record is 0.
@@ -97,7 +98,8 @@ struct State {
   Array<Real> along;
   Blocked<Real> deformation;   // 6: F by columns, of membranes
   Array<Facet<Real>> facets;   // serial: of each triangle
-  Blocked<Real> facet;         // openmp: 6, of a Facet
+  Blocked<Real> facet;         // openmp: 3, `at` of a Facet
+  Array<Real> normals;         // openmp: of facets, four numbers each
   Array<Real> resistance;      // [place] of each side's hinge; 0 where there is none
   Array<Real> records, parts;  // openmp's scratch: positions, four numbers a vertex; parts
 };

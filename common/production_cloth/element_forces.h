@@ -188,12 +188,12 @@ inline T resistance_of_hinge(const T& root_of_damping, const Fold<T>& fold) {
   return (root_of_damping * root_of_damping) * fold.per_square;
 }
 
-// The forces on the corners: torque is what its sides' hinges resist with, over the sides' lengths.
+// The forces on the corners are these numbers times the facet's normal. torque: what the sides' hinges resist with,
+// over the sides' lengths.
 template <class T>
-inline Parts<T, 3> parts_of_facet(const Facet<T>& facet, const Sides<T>& torque) {
+inline Sides<T> pushes_of_facet(const T (&at)[3], const Sides<T>& torque) {
   const T(&t)[3] = torque.of;
-  const Sides<T> push = sums_of_differences(facet.at, t[1] - t[0], t[2] - t[1], t[0] - t[2]);
-  return {{push.of[0] * facet.normal, push.of[1] * facet.normal, push.of[2] * facet.normal}};
+  return sums_of_differences(at, t[1] - t[0], t[2] - t[1], t[0] - t[2]);
 }
 
 }  // namespace lockstep::production_cloth

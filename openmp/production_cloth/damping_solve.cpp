@@ -1,8 +1,8 @@
 // The damping of a cloth, implicit, by conjugate gradients.
 //
 // The algorithm stands in serial/production_cloth/damping_solve.cpp. In a product, as in `forces`, a vertex goes
-// through its links itself, and adds up the parts that membranes and folding triangles have stored, in the order of the
-// elements: the serial bits. Sixteen vertices at once.
+// through its links itself, and adds up what membranes and folding triangles have stored, in the order of the elements:
+// the serial bits. Sixteen vertices at once.
 //
 // All iterations are one parallel region, in which every thread carries the same scalars along. An iteration waits
 // three times: for A p and p . A p; for the residual and its two sums; for the next direction. Where the cloth has
@@ -71,12 +71,12 @@ void store_membranes(const Elements<Real>& elements, const State<Real>& state, s
 }
 
 LOCKSTEP_INLINE Facet<floatv> facets_at(const State<Real>& state, int block) {
-  const auto at = [&](int c) { return load(state.facet.vector(block, 3 + c)); };
-  return {load_fields(state.facet, block, 0), {at(0), at(1), at(2)}};
+  const auto at = [&](int c) { return load(state.facet.vector(block, c)); };
+  return {record(state.normals, block), {at(0), at(1), at(2)}};
 }
 
-// The parts of triangles that fold. A team calls it.
-void store_facets(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
+// What the hinges of triangles push their corners with, along the normals. A team calls it.
+void store_pushes(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
                   std::span<Real> rates, DampingRoom& room) {
   // A block writes its own rates.
 #pragma omp for schedule(static)
@@ -85,16 +85,28 @@ void store_facets(const Elements<Real>& elements, const State<Real>& state, std:
     const Sides<floatv> rate = rates_of_facet(facets_at(state, block), x(0), x(1), x(2));
     for (int c = 0; c < 3; ++c) store(&rates[corner_place(block, c)], rate.of[c]);
   }
-  // A block writes its own parts; it reads rates, which are all there.
+  // A block writes its own pushes; it reads rates, which are all there.
 #pragma omp for schedule(static) nowait
   for (int block = 0; block < elements.facet_blocks(); ++block) {
     const auto torque = [&](int c) {
       const std::size_t side = corner_place(block, c);
       return load(&state.resistance[side]) * (load(&rates[side]) + load_at(rates, &elements.beside[side]));
     };
-    store_parts(parts_of_facet(facets_at(state, block), {torque(0), torque(1), torque(2)}),
-                &room.facet_parts[membrane_parts(block)]);
+    const floatv at[] = {load(state.facet.vector(block, 0)), load(state.facet.vector(block, 1)),
+                         load(state.facet.vector(block, 2))};
+    const Sides<floatv> push = pushes_of_facet(at, {torque(0), torque(1), torque(2)});
+    for (int c = 0; c < 3; ++c) store(&room.pushes[corner_place(block, c)], push.of[c]);
   }
+}
+
+// Adds up what triangles push a slice's vertices with, in their order.
+LOCKSTEP_INLINE Vector3<floatv> add_pushes(const Elements<Real>& elements, const State<Real>& state,
+                                           std::span<const Real> pushes, int slice, Vector3<floatv> sum) {
+  const Slices& at = elements.corners_at;
+  for (std::size_t k = at.first[slice]; k < std::size_t(at.first[slice + 1]); ++k)
+    sum =
+        sum + load_at(pushes, &at.at[lanes * k]) * load_records_at(state.normals.data(), &elements.facet_at[lanes * k]);
+  return sum;
 }
 
 constexpr int slices_of_block = linear::dot_block / record_floats;
@@ -106,7 +118,7 @@ template <class Row, class Sum>
 void damp(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v, DampingRoom& room,
           std::span<Real> rates, const Row& row, const Sum& sum) {
   if (elements.membranes > 0) store_membranes(elements, state, v, room);
-  if (elements.facets > 0) store_facets(elements, state, v, rates, room);
+  if (elements.facets > 0) store_pushes(elements, state, v, rates, room);
   // Parts of other threads' blocks are read below.
   if (elements.membranes > 0 || elements.facets > 0) {
 #pragma omp barrier
@@ -120,7 +132,7 @@ void damp(const Elements<Real>& elements, const State<Real>& state, std::span<co
       for (int slice = begin; slice < end; ++slice) {
         Vector3<floatv> pulls = add_links<decltype(springs), decltype(bending)>(elements, state, v, slice);
         if (elements.membranes > 0) pulls = add_parts(elements.corners_at, room.membrane_parts.data(), slice, pulls);
-        if (elements.facets > 0) pulls = add_parts(elements.corners_at, room.facet_parts.data(), slice, pulls);
+        if (elements.facets > 0) pulls = add_pushes(elements, state, room.pushes, slice, pulls);
         row(slice, pulls);
       }
       sum(begin / slices_of_block, begin * record_floats, end * record_floats);
@@ -143,7 +155,7 @@ DampingMemory<Real> make_damping_memory(const Elements<Real>& elements) {
   DampingRoom& room = memory.room;
   room.p = room.q = room.inverse_mass = make_records(elements);
   if (elements.membranes > 0) room.membrane_parts.resize(4 * static_cast<std::size_t>(places + 1));
-  if (elements.facets > 0) room.facet_parts.resize(4 * static_cast<std::size_t>(places + 1));
+  if (elements.facets > 0) room.pushes.resize(places + 1);
   room.sums.resize(3 * ((memory.b.size() + linear::dot_block - 1) / linear::dot_block));
   return memory;
 }

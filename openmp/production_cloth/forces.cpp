@@ -68,8 +68,8 @@ void set_facets(const Elements<Real>& elements, State<Real>& state) {
   for (int block = 0; block < elements.facet_blocks(); ++block) {
     const auto x = [&](int c) { return facet_corners(elements, state.records, block, c); };
     const Facet<floatv> facet = facet_of(x(0), x(1), x(2));
-    const floatv fields[] = {facet.normal.x, facet.normal.y, facet.normal.z, facet.at[0], facet.at[1], facet.at[2]};
-    for (int k = 0; k < 6; ++k) store(state.facet.vector(block, k), fields[k]);
+    store_sixteen(&state.normals[4 * lanes * static_cast<std::size_t>(block)], facet.normal);
+    for (int c = 0; c < 3; ++c) store(state.facet.vector(block, c), facet.at[c]);
   }
 }
 
@@ -97,8 +97,8 @@ void store_all_parts(const Elements<Real>& elements, State<Real>& state) {
 State<Real> make_state(const Elements<Real>& elements) {
   State<Real> state = make_state_of_blocks(elements);
   if (elements.has_springs) state.along.resize(3 * elements.edges_at.at.size());
-  state.facet = {6, elements.facet_blocks()}, state.records = make_records(elements),
-  state.parts = make_parts(elements);
+  state.facet = {3, elements.facet_blocks()}, state.normals.resize(4 * lanes * std::size_t(elements.facet_blocks()));
+  state.records = make_records(elements), state.parts = make_parts(elements);
   return state;
 }
 

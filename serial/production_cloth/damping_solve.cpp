@@ -80,8 +80,9 @@ void add_hinges(const Elements<Real>& elements, const State<Real>& state, std::s
       const int side = elements.place_of(t, c);
       return state.resistance[side] * (rates[side] + rates[elements.beside[side]]);
     };
-    const Parts<Real, 3> parts = parts_of_facet(state.facets[t], {torque(0), torque(1), torque(2)});
-    for (int c = 0; c < 3; ++c) add(pulls, elements.facet_corner[elements.place_of(t, c)], parts.of[c]);
+    const Facet<Real>& facet = state.facets[t];
+    const Sides<Real> push = pushes_of_facet(facet.at, {torque(0), torque(1), torque(2)});
+    for (int c = 0; c < 3; ++c) add(pulls, elements.facet_corner[elements.place_of(t, c)], push.of[c] * facet.normal);
   }
 }
 
