@@ -32,10 +32,11 @@ namespace lockstep::production_cloth {
 namespace openmp {
 
 struct DampingRoom {
-  Array<float> p, q;          // the direction; A p
-  Array<float> inverse_mass;  // 1/kg: of the vertex, in each of its numbers
-  Array<float> parts;         // of membranes and hinges
-  Array<double> sums;         // [block]: three each
+  Array<float> p, q;            // the direction; A p
+  Array<float> inverse_mass;    // 1/kg: of the vertex, in each of its numbers
+  Array<float> membrane_parts;  // records, by place
+  Array<float> pushes;          // [place]: pushes_of_facet
+  Array<double> sums;           // [block]: three each
 };
 
 }  // namespace openmp
@@ -44,6 +45,7 @@ struct DampingRoom {
 template <class Real>
 struct DampingMemory {
   Array<Real> b, x;               // the right-hand side, in openmp then the residual; the change of velocity
+  Array<Real> rates;              // [place]: of folding triangles, about their sides
   Array<Real> pulls = {};         // serial: -D p
   openmp::DampingRoom room = {};  // of openmp alone
 };

@@ -169,6 +169,29 @@ void add_hinges(const Topology& topology, const Vectors<double>& rest, const Mat
   }
 }
 
+template <class Real>
+void add_facets(const Topology& topology, Elements<Real>& e) {
+  e.facets = static_cast<int>(topology.triangles.size());
+  e.facet_corner.resize(e.last_place()), e.beside.resize(e.last_place());
+  e.hinge_side = {2, e.hinge_corner_blocks()};
+  std::vector<std::vector<std::int32_t>> sides_of(topology.edges.size());
+  for (int t = 0; t < lanes * e.facet_blocks(); ++t)
+    for (int c = 0; c < 3; ++c) {
+      const int triangle = std::min(t, e.facets - 1);
+      e.facet_corner[e.place_of(t, c)] = topology.corners(triangle)[c], e.beside[e.place_of(t, c)] = e.place_of(t, c);
+      if (t < e.facets) sides_of[topology.edges_of[t][c]].push_back(e.place_of(t, c));
+    }
+  // Hinges are in the order of their edges, with two sides each.
+  int h = 0;
+  for (const auto& sides : sides_of)
+    if (sides.size() == 2) {
+      e.beside[sides[0]] = sides[1], e.beside[sides[1]] = sides[0];
+      e.hinge_side.at(h, 0) = sides[0], e.hinge_side.at(h, 1) = sides[1], ++h;
+    }
+  for (; h < lanes * e.hinge_corner_blocks(); ++h)
+    for (int k = 0; k < 2; ++k) e.hinge_side.at(h, k) = e.hinge_side.at(e.hinges - 1, k);
+}
+
 }  // namespace
 
 template <class Real>
@@ -179,13 +202,20 @@ Elements<Real> make_elements(const Topology& topology, const Vectors<double>& re
   add_links(topology, rest, material, mass, e);
   if (material.stretch != Stretch::springs) add_membranes(topology, rest, material, e);
   if (material.bend == Bend::hinges && !topology.hinges.empty()) add_hinges(topology, rest, material, mass, e);
-  std::vector<std::vector<std::int32_t>> parts_at(e.vertices);
-  for (int t = 0; t < e.membranes; ++t)
-    for (int c = 0; c < 3; ++c) parts_at[e.membrane_corner.at(t, c)].push_back(e.membrane_record(t, c));
+  if (e.hinges > 0) add_facets(topology, e);
+  std::vector<std::vector<std::int32_t>> parts_at(e.vertices), corners_at(e.vertices);
+  for (int t = 0; t < std::max(e.membranes, e.facets); ++t)
+    for (int c = 0; c < 3; ++c) corners_at[topology.corners(t)[c]].push_back(e.place_of(t, c));
+  if (e.membranes > 0) parts_at = corners_at;
   for (int h = 0; h < e.hinges; ++h)
     for (int c = 0; c < 4; ++c) parts_at[e.hinge_corner.at(h, c)].push_back(e.hinge_record(h, c));
-  e.parts_at = slices_of(
-      parts_at, [](int, int record) { return record; }, [&](int) { return e.last_record(); });
+  const auto itself = [](int, int place) { return place; };
+  e.corners_at = slices_of(corners_at, itself, [&](int) { return e.last_place(); });
+  e.facet_at.resize(e.corners_at.at.size());
+  for (std::size_t k = 0; k < e.facet_at.size(); ++k)
+    if (const int place = e.corners_at.at[k]; place < e.last_place())
+      e.facet_at[k] = place / (3 * lanes) * lanes + place % lanes;
+  e.parts_at = slices_of(parts_at, itself, [&](int) { return e.last_record(); });
   return e;
 }
 

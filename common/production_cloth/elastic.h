@@ -15,10 +15,12 @@
 //         inextensible surfaces, SGP 2006.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "common/blocked.h"
 #include "common/production_cloth/cloth.h"
+#include "common/production_cloth/element_forces.h"
 
 namespace lockstep::production_cloth {
 
@@ -58,17 +60,29 @@ struct Elements {
   Blocked<std::int32_t> hinge_corner;  // 4
   Blocked<Real> hinge;                 // 2: sin(theta / 2) at rest; the root of the damping, in N m s
 
+  // The triangles again, if there are hinges: what hinges damp is found triangle by triangle. Side c is opposite to
+  // corner c. Filled up likewise, with sides of no hinge. What a triangle has for a corner, or for the side opposite to
+  // it, stands at place_of; behind all stands a 0.
+  int facets = 0;
+  Array<std::int32_t> facet_corner;  // [place]
+  Array<std::int32_t> beside;        // [place] of a side: the place of the same side in the triangle beside, or its own
+  Blocked<std::int32_t> hinge_side;  // 2: the places of the side that is the hinge
+  Slices corners_at;                 // the places of each vertex's corners, of facets or membranes, in their order
+  Array<std::int32_t> facet_at;      // the facet of each corner in corners_at; 0 of what fills up
+
   // What membranes and hinges give to their corners stands in records of four numbers: x, y, z, 0. Corner c of membrane
-  // e is that of membrane_record, of hinge e that of hinge_record. The last record is 0.
+  // e is that of place_of, of hinge e that of hinge_record. The last record is 0.
   Slices parts_at;  // the records of each vertex: of membranes, then of hinges, in their order
 
+  static int place_of(int triangle, int c) { return (triangle / lanes * 3 + c) * lanes + triangle % lanes; }
   int slices() const { return (vertices + lanes - 1) / lanes; }
-  int membrane_record(int e, int c) const { return (e / lanes * 3 + c) * lanes + e % lanes; }
   int hinge_record(int e, int c) const {
     return 3 * lanes * membrane_corner_blocks() + (e / lanes * 4 + c) * lanes + e % lanes;
   }
   int membrane_corner_blocks() const { return (membranes + lanes - 1) / lanes; }
+  int facet_blocks() const { return (facets + lanes - 1) / lanes; }
   int hinge_corner_blocks() const { return (hinges + lanes - 1) / lanes; }
+  int last_place() const { return 3 * lanes * std::max(membrane_corner_blocks(), facet_blocks()); }
   int last_record() const { return lanes * (3 * membrane_corner_blocks() + 4 * hinge_corner_blocks()); }
 };
 
@@ -83,7 +97,10 @@ struct State {
   // Of springs, the direction times root_of_damping: serial [3 edge + c], openmp [16 (3 item + c) + lane].
   Array<Real> along;
   Blocked<Real> deformation;   // 6: F by columns, of membranes
-  Blocked<Real> fold;          // 12: the slope of theta by its corners times the root of the damping, of hinges
+  Array<Facet<Real>> facets;   // serial: of each triangle
+  Blocked<Real> facet;         // openmp: 3, `at` of a Facet
+  Array<Real> normals;         // openmp: of facets, four numbers each
+  Array<Real> resistance;      // [place] of each side's hinge; 0 where there is none
   Array<Real> records, parts;  // openmp's scratch: positions, four numbers a vertex; parts
 };
 
@@ -92,7 +109,8 @@ struct State {
 template <class Real>
 State<Real> make_state_of_blocks(const Elements<Real>& e) {
   State<Real> state;
-  state.deformation = {6, e.membrane_corner_blocks()}, state.fold = {12, e.hinge_corner_blocks()};
+  state.deformation = {6, e.membrane_corner_blocks()},
+  state.resistance.resize(3 * lanes * static_cast<std::size_t>(e.facet_blocks()));
   return state;
 }
 

@@ -104,11 +104,11 @@ inline Parts<T, 3> parts_of_membrane(const Membrane<T>& m, const Columns<T>& p) 
 
 // --- Hinges; corners as Topology has them
 
-// sin(theta / 2), whose sign is that of (n1 x n2) . e; how stiff the hinge is at this shape, |e|^2 / (|N1| + |N2|); and
-// the slope of minus theta by the corners, 1/m. All are 0 where a triangle has no area.
+// sin(theta / 2), whose sign is that of (n1 x n2) . e; how stiff the hinge is at this shape, |e|^2 / (|N1| + |N2|);
+// 1 / |e|^2; and the slope of minus theta by the corners, 1/m. All are 0 where a triangle has no area.
 template <class T>
 struct Fold {
-  T sine, shape;
+  T sine, shape, per_square;
   Vector3<T> slope[4];
 };
 
@@ -127,6 +127,7 @@ inline Fold<T> fold_of(const Vector3<T>& x0, const Vector3<T>& x1, const Vector3
   const Vector3<T> by1 = (T(1) / size1) * n1, by2 = (T(1) / size2) * n2, unit = (T(1) / length) * e;
   return {select(dot(cross(n1, n2), e) < T(0), -half, half),
           (one * square) / (size1 + size2),
+          one / select(is_there, square, T(1)),
           {length * by1, length * by2, dot(from03, unit) * by1 + dot(from13, unit) * by2,
            -(dot(from02, unit) * by1 + dot(from12, unit) * by2)}};
 }
@@ -137,19 +138,62 @@ inline Parts<T, 4> parts_of_hinge(const T& stiffness, const T& rest_sine, const 
   return {{torque * fold.slope[0], torque * fold.slope[1], torque * fold.slope[2], torque * fold.slope[3]}};
 }
 
-// The slope times the root of the damping, of which damping is made.
+// --- Folding triangles: the damping of hinges, triangle by triangle
+//
+// The slope of minus theta by a corner of one of the two triangles is a number times its triangle's m = N / |N|^2. Let
+// w_c = m . v_c be the corners' velocities across their triangle, and a_c the product of the two sides that begin at
+// corner c. A triangle turns about its side opposite to corner 0 by a_2 (w_0 - w_1) + a_1 (w_0 - w_2), over the side's
+// length; and likewise about the others. A hinge's rate is the sum of its triangles'. What it resists with acts on the
+// corners by the same weights: the matrix of each triangle is symmetric, and its rows sum to 0.
+
 template <class T>
-inline Parts<T, 4> damped_slope(const T& root_of_damping, const Fold<T>& fold) {
-  return {{root_of_damping * fold.slope[0], root_of_damping * fold.slope[1], root_of_damping * fold.slope[2],
-           root_of_damping * fold.slope[3]}};
+struct Facet {
+  Vector3<T> normal;  // m, 1/m^2; 0 without area
+  T at[3];            // a, m^2
+};
+
+// Of each side, which is opposite to the corner of the same number.
+template <class T>
+struct Sides {
+  T of[3];
+};
+
+template <class T>
+inline Facet<T> facet_of(const Vector3<T>& x0, const Vector3<T>& x1, const Vector3<T>& x2) {
+  const Vector3<T> d01 = x1 - x0, d02 = x2 - x0, d12 = x2 - x1, normal = cross(d01, d02);
+  const T square = dot(normal, normal);
+  const auto has_area = square > T(0);
+  return {(select(has_area, T(1), T(0)) / select(has_area, square, T(1))) * normal,
+          {dot(d01, d02), -dot(d01, d12), dot(d02, d12)}};
 }
 
-// Of the corners' velocities. Slopes sum to 0, so that one velocity may be taken off all: one that all have is no rate.
+// The weighted sums of the differences of three numbers, given as those of 0 and 1, 1 and 2, 2 and 0.
 template <class T>
-inline Parts<T, 4> damping_of_hinge(const Parts<T, 4>& slope, const Parts<T, 4>& v) {
-  const T rate = -((dot(slope.of[0], v.of[0] - v.of[2]) + dot(slope.of[1], v.of[1] - v.of[2])) +
-                   dot(slope.of[3], v.of[3] - v.of[2]));
-  return {{rate * slope.of[0], rate * slope.of[1], rate * slope.of[2], rate * slope.of[3]}};
+inline Sides<T> sums_of_differences(const T (&at)[3], const T& d01, const T& d12, const T& d20) {
+  const T a = at[0] * d12, b = at[1] * d20, c = at[2] * d01;
+  return {{c - b, a - c, b - a}};
+}
+
+// How fast a triangle turns about its sides, times their lengths. One velocity that all corners have is no rate.
+template <class T>
+inline Sides<T> rates_of_facet(const Facet<T>& facet, const Vector3<T>& v0, const Vector3<T>& v1,
+                               const Vector3<T>& v2) {
+  const T w1 = dot(facet.normal, v1 - v0), w2 = dot(facet.normal, v2 - v0);
+  return sums_of_differences(facet.at, -w1, w1 - w2, w2);
+}
+
+// How much a hinge resists, kg m^2/s of a rate times a length: its damping over |e|^2.
+template <class T>
+inline T resistance_of_hinge(const T& root_of_damping, const Fold<T>& fold) {
+  return (root_of_damping * root_of_damping) * fold.per_square;
+}
+
+// The forces on the corners are these numbers times the facet's normal. torque: what the sides' hinges resist with,
+// over the sides' lengths.
+template <class T>
+inline Sides<T> pushes_of_facet(const T (&at)[3], const Sides<T>& torque) {
+  const T(&t)[3] = torque.of;
+  return sums_of_differences(at, t[1] - t[0], t[2] - t[1], t[0] - t[2]);
 }
 
 }  // namespace lockstep::production_cloth

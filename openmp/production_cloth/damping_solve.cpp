@@ -1,13 +1,13 @@
 // The damping of a cloth, implicit, by conjugate gradients.
 //
 // The algorithm stands in serial/production_cloth/damping_solve.cpp. In a product, as in `forces`, a vertex goes
-// through its links itself, and adds up the parts that membranes and hinges have stored, in the order of the elements:
+// through its links itself, and adds up what membranes and folding triangles have stored, in the order of the elements:
 // the serial bits. Sixteen vertices at once.
 //
-// All iterations are one parallel region, in which every thread carries the same scalars along. An iteration waits four
-// times: for the parts of membranes and hinges; for A p and p . A p; for the residual and its two sums;
-// for the next direction. Sums are of blocks of vertices, in the order of linear/'s dot product, and each thread adds
-// up all blocks itself.
+// All iterations are one parallel region, in which every thread carries the same scalars along. An iteration waits
+// three times: for A p and p . A p; for the residual and its two sums; for the next direction. Where the cloth has
+// membranes it waits for their parts, too, and with hinges for rates and parts. Sums are of blocks of vertices, in the
+// order of linear/'s dot product, and each thread adds up all blocks itself.
 //
 // The contract stands in common/production_cloth/damping_solve.h.
 #include "common/production_cloth/damping_solve.h"
@@ -26,16 +26,16 @@ namespace {
 
 constexpr int record_floats = 4 * lanes;  // of a slice
 
-Vector3<floatv> record(std::span<const Real> x, int slice) {
+LOCKSTEP_INLINE Vector3<floatv> record(std::span<const Real> x, int slice) {
   return load_sixteen(&x[record_floats * static_cast<std::size_t>(slice)]);
 }
-void set(std::span<Real> x, int slice, const Vector3<floatv>& value) {
+LOCKSTEP_INLINE void set(std::span<Real> x, int slice, const Vector3<floatv>& value) {
   store_sixteen(&x[record_floats * static_cast<std::size_t>(slice)], value);
 }
 
 template <class Springs, class Bending>
-Vector3<floatv> add_links(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
-                          int slice) {
+LOCKSTEP_INLINE Vector3<floatv> add_links(const Elements<Real>& elements, const State<Real>& state,
+                                          std::span<const Real> v, int slice) {
   const Vector3<floatv> own = record(v, slice);
   const floatv bend_damping = elements.bend_damping;
   Vector3<floatv> sum = {0.f, 0.f, 0.f};
@@ -56,33 +56,57 @@ Vector3<floatv> add_links(const Elements<Real>& elements, const State<Real>& sta
   return sum;
 }
 
-// The parts of membranes and hinges. A team calls it, and waits at its end.
-void store_all_parts(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
+// The parts of membranes. A team calls it.
+void store_membranes(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
                      DampingRoom& room) {
-  if (elements.membranes == 0 && elements.hinges == 0) return;
-  const auto corner = [&](const Blocked<std::int32_t>& corners, int block, int c) {
-    return load_records_at(v.data(), corners.vector(block, c));
-  };
   // A block writes its own parts.
 #pragma omp for schedule(static) nowait
   for (int block = 0; block < elements.membrane_corner_blocks(); ++block) {
     const auto field = [&](const Blocked<Real>& array, int k) { return load(array.vector(block, k)); };
+    const auto x = [&](int c) { return load_records_at(v.data(), elements.membrane_corner.vector(block, c)); };
     const Columns<floatv> f = {load_fields(state.deformation, block, 0), load_fields(state.deformation, block, 3)};
-    store_parts(damping_of_membrane<floatv>(
-                    elements, membrane_of<floatv>(elements, field), f, corner(elements.membrane_corner, block, 0),
-                    corner(elements.membrane_corner, block, 1), corner(elements.membrane_corner, block, 2)),
-                &room.parts[membrane_parts(block)]);
+    store_parts(damping_of_membrane<floatv>(elements, membrane_of<floatv>(elements, field), f, x(0), x(1), x(2)),
+                &room.membrane_parts[membrane_parts(block)]);
   }
-  // Likewise.
+}
+
+LOCKSTEP_INLINE Facet<floatv> facets_at(const State<Real>& state, int block) {
+  const auto at = [&](int c) { return load(state.facet.vector(block, c)); };
+  return {record(state.normals, block), {at(0), at(1), at(2)}};
+}
+
+// What the hinges of triangles push their corners with, along the normals. A team calls it.
+void store_pushes(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
+                  std::span<Real> rates, DampingRoom& room) {
+  // A block writes its own rates.
 #pragma omp for schedule(static)
-  for (int block = 0; block < elements.hinge_corner_blocks(); ++block) {
-    Parts<floatv, 4> slope, of_corners;
-    for (int c = 0; c < 4; ++c) {
-      slope.of[c] = load_fields(state.fold, block, 3 * c);
-      of_corners.of[c] = corner(elements.hinge_corner, block, c);
-    }
-    store_parts(damping_of_hinge(slope, of_corners), &room.parts[hinge_parts(elements, block)]);
+  for (int block = 0; block < elements.facet_blocks(); ++block) {
+    const auto x = [&](int c) { return facet_corners(elements, v, block, c); };
+    const Sides<floatv> rate = rates_of_facet(facets_at(state, block), x(0), x(1), x(2));
+    for (int c = 0; c < 3; ++c) store(&rates[corner_place(block, c)], rate.of[c]);
   }
+  // A block writes its own pushes; it reads rates, which are all there.
+#pragma omp for schedule(static) nowait
+  for (int block = 0; block < elements.facet_blocks(); ++block) {
+    const auto torque = [&](int c) {
+      const std::size_t side = corner_place(block, c);
+      return load(&state.resistance[side]) * (load(&rates[side]) + load_at(rates, &elements.beside[side]));
+    };
+    const floatv at[] = {load(state.facet.vector(block, 0)), load(state.facet.vector(block, 1)),
+                         load(state.facet.vector(block, 2))};
+    const Sides<floatv> push = pushes_of_facet(at, {torque(0), torque(1), torque(2)});
+    for (int c = 0; c < 3; ++c) store(&room.pushes[corner_place(block, c)], push.of[c]);
+  }
+}
+
+// Adds up what triangles push a slice's vertices with, in their order.
+LOCKSTEP_INLINE Vector3<floatv> add_pushes(const Elements<Real>& elements, const State<Real>& state,
+                                           std::span<const Real> pushes, int slice, Vector3<floatv> sum) {
+  const Slices& at = elements.corners_at;
+  for (std::size_t k = at.first[slice]; k < std::size_t(at.first[slice + 1]); ++k)
+    sum =
+        sum + load_at(pushes, &at.at[lanes * k]) * load_records_at(state.normals.data(), &elements.facet_at[lanes * k]);
+  return sum;
 }
 
 constexpr int slices_of_block = linear::dot_block / record_floats;
@@ -92,8 +116,13 @@ static_assert(linear::dot_block % record_floats == 0);
 // every block of slices. A team calls it, and waits at its end.
 template <class Row, class Sum>
 void damp(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v, DampingRoom& room,
-          const Row& row, const Sum& sum) {
-  store_all_parts(elements, state, v, room);
+          std::span<Real> rates, const Row& row, const Sum& sum) {
+  if (elements.membranes > 0) store_membranes(elements, state, v, room);
+  if (elements.facets > 0) store_pushes(elements, state, v, rates, room);
+  // Parts of other threads' blocks are read below.
+  if (elements.membranes > 0 || elements.facets > 0) {
+#pragma omp barrier
+  }
   with_links_of(elements, [&](auto springs, auto bending) {
     const int slices = elements.slices();
     // A block writes its own rows and sums.
@@ -101,8 +130,10 @@ void damp(const Elements<Real>& elements, const State<Real>& state, std::span<co
     for (int begin = 0; begin < slices; begin += slices_of_block) {
       const int end = std::min(begin + slices_of_block, slices);
       for (int slice = begin; slice < end; ++slice) {
-        const Vector3<floatv> pulls = add_links<decltype(springs), decltype(bending)>(elements, state, v, slice);
-        row(slice, add_parts(elements.parts_at, room.parts.data(), slice, pulls));
+        Vector3<floatv> pulls = add_links<decltype(springs), decltype(bending)>(elements, state, v, slice);
+        if (elements.membranes > 0) pulls = add_parts(elements.corners_at, room.membrane_parts.data(), slice, pulls);
+        if (elements.facets > 0) pulls = add_pushes(elements, state, room.pushes, slice, pulls);
+        row(slice, pulls);
       }
       sum(begin / slices_of_block, begin * record_floats, end * record_floats);
     }
@@ -119,9 +150,12 @@ double total(const DampingRoom& room, int which) {
 }  // namespace
 
 DampingMemory<Real> make_damping_memory(const Elements<Real>& elements) {
-  DampingMemory<Real> memory = {make_records(elements), make_records(elements)};
+  const int places = elements.last_place();
+  DampingMemory<Real> memory = {make_records(elements), make_records(elements), Array<Real>(places)};
   DampingRoom& room = memory.room;
-  room.p = room.q = room.inverse_mass = make_records(elements), room.parts = make_parts(elements);
+  room.p = room.q = room.inverse_mass = make_records(elements);
+  if (elements.membranes > 0) room.membrane_parts.resize(4 * static_cast<std::size_t>(places + 1));
+  if (elements.facets > 0) room.pushes.resize(places + 1);
   room.sums.resize(3 * ((memory.b.size() + linear::dot_block - 1) / linear::dot_block));
   return memory;
 }
@@ -153,7 +187,7 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
   };
   const auto multiply = [&] {
     damp(
-        elements, state, p, room,
+        elements, state, p, room, memory.rates,
         [&](int i, const Vector3<floatv>& pulls) {
           const Vector3<floatv> row = load(&mass[lanes * i]) * record(p, i) - half_step * pulls;
           set(q, i, select(free(i), row, none));
@@ -177,7 +211,7 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
       set(room.inverse_mass, i, {inverse, inverse, inverse});
     }
     damp(
-        elements, state, x, room,
+        elements, state, x, room, memory.rates,
         [&](int i, const Vector3<floatv>& pulls) {
           const Vector3<floatv> rest = half_step * (load(f, lanes * i) + pulls);
           set(r, i, select(free(i), rest, none));

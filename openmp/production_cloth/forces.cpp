@@ -1,14 +1,12 @@
 // The elastic forces of a cloth.
 //
-// The algorithm and its serial form stand in serial/production_cloth/forces.cpp. Elements that share a vertex would
-// write to it together. So a vertex goes through its links itself, sixteen vertices at once: a link is computed twice,
-// once from either end, where it has the same bits but for the sign, as d = x_to - x_from has. Membranes and hinges,
-// which would be computed three and four times, are taken sixteen at a time and store their parts, which vertices then
-// add up. Each vertex adds in the order of the elements: the serial bits.
+// The algorithm stands in serial/production_cloth/forces.cpp. Elements that share a vertex would write to it together.
+// So a vertex goes through its links itself, sixteen vertices at once: a link is computed twice, once from either end,
+// where it has the same bits but for the sign. Membranes and hinges, which would be computed three and four times, are
+// taken sixteen at a time and store their parts, which vertices add up in the order of the elements: the serial bits.
 //
-// Three contrasts. A vertex computes its membranes and hinges itself, too: the same bits, and nothing is stored.
-// Elements in colours add to their vertices at once, sixteen of a colour together. Or threads add each part under the
-// vertex's lock, as [ITJ07]'s does where several iterations update one datum.
+// Three contrasts. A vertex computes membranes and hinges itself: the same bits, and nothing is stored. Elements in
+// colours add to their vertices at once, sixteen together. Or threads add each part under its vertex's lock ([ITJ07]).
 //
 // The contract stands in common/production_cloth/forces.h.
 #include "common/production_cloth/forces.h"
@@ -64,16 +62,18 @@ Parts<floatv, 4> parts_of_hinges(const Elements<Real>& elements, int block, cons
   return parts_of_hinge(floatv(elements.hinge_stiffness), load(elements.hinge.vector(block, 0)), fold);
 }
 
-// Positions as records.
-void pack(const Elements<Real>& elements, const Vectors<Real>& position, Array<Real>& records) {
-  const Vector3<const Real*> x = pointers(position);
-  // A slice writes its own records.
-#pragma omp for schedule(static)
-  for (int slice = 0; slice < elements.slices(); ++slice)
-    store_sixteen(&records[4 * lanes * static_cast<std::size_t>(slice)], load(x, lanes * slice));
+void set_facets(const Elements<Real>& elements, State<Real>& state) {
+  // A block writes its own facets.
+#pragma omp for schedule(static) nowait
+  for (int block = 0; block < elements.facet_blocks(); ++block) {
+    const auto x = [&](int c) { return facet_corners(elements, state.records, block, c); };
+    const Facet<floatv> facet = facet_of(x(0), x(1), x(2));
+    store_sixteen(&state.normals[4 * lanes * static_cast<std::size_t>(block)], facet.normal);
+    for (int c = 0; c < 3; ++c) store(state.facet.vector(block, c), facet.at[c]);
+  }
 }
 
-// The parts of membranes and hinges. Called by all threads of a team.
+// The parts of membranes and hinges. Called by all threads of a team, as is set_facets.
 void store_all_parts(const Elements<Real>& elements, State<Real>& state) {
   // A block writes its own parts and state.
 #pragma omp for schedule(static) nowait
@@ -82,13 +82,13 @@ void store_all_parts(const Elements<Real>& elements, State<Real>& state) {
     store_parts(parts_of_membranes(elements, state.records.data(), block, f), &state.parts[membrane_parts(block)]);
     store_fields(state.deformation, block, 0, f.x), store_fields(state.deformation, block, 3, f.y);
   }
-  // Likewise.
+  // Likewise; a side belongs to one hinge.
 #pragma omp for schedule(static)
   for (int block = 0; block < elements.hinge_corner_blocks(); ++block) {
     const Fold<floatv> fold = fold_of_hinges(elements, state.records.data(), block);
-    const Parts<floatv, 4> slope = damped_slope(load(elements.hinge.vector(block, 1)), fold);
-    for (int c = 0; c < 4; ++c) store_fields(state.fold, block, 3 * c, slope.of[c]);
     store_parts(parts_of_hinges(elements, block, fold), &state.parts[hinge_parts(elements, block)]);
+    const floatv resistance = resistance_of_hinge(load(elements.hinge.vector(block, 1)), fold);
+    for (int k = 0; k < 2; ++k) store_at(state.resistance, elements.hinge_side.vector(block, k), resistance);
   }
 }
 
@@ -97,6 +97,7 @@ void store_all_parts(const Elements<Real>& elements, State<Real>& state) {
 State<Real> make_state(const Elements<Real>& elements) {
   State<Real> state = make_state_of_blocks(elements);
   if (elements.has_springs) state.along.resize(3 * elements.edges_at.at.size());
+  state.facet = {3, elements.facet_blocks()}, state.normals.resize(4 * lanes * std::size_t(elements.facet_blocks()));
   state.records = make_records(elements), state.parts = make_parts(elements);
   return state;
 }
@@ -107,6 +108,7 @@ void forces(const Elements<Real>& elements, const Vectors<Real>& position, State
 #pragma omp parallel
     {
       pack(elements, position, state.records);
+      set_facets(elements, state);
       store_all_parts(elements, state);
       // A slice writes its own vertices' forces, and the directions of its own links.
 #pragma omp for schedule(static)

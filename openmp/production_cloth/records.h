@@ -2,6 +2,8 @@
 // their corners, stored in such records, which vertices then add up.
 #pragma once
 
+#include <span>
+
 #include "common/production_cloth/elastic.h"
 #include "common/production_cloth/element_forces.h"
 #include "common/simd.h"
@@ -12,6 +14,18 @@ namespace lockstep::production_cloth::openmp {
 LOCKSTEP_INLINE Vector3<floatv> load_records_at(const float* records, const std::int32_t* index) {
   const Quads quads = load_quads(records, index);
   return {quads.field[0], quads.field[1], quads.field[2]};
+}
+
+// Numbers at places of their own, one by one: the processor's own gather takes longer.
+LOCKSTEP_INLINE floatv load_at(std::span<const float> from, const std::int32_t* place) {
+  float of_lanes[lanes];
+  for (int l = 0; l < lanes; ++l) of_lanes[l] = from[place[l]];
+  return load(of_lanes);
+}
+LOCKSTEP_INLINE void store_at(std::span<float> to, const std::int32_t* place, floatv value) {
+  float of_lanes[lanes];
+  store(of_lanes, value);
+  for (int l = 0; l < lanes; ++l) to[place[l]] = of_lanes[l];
 }
 
 // Sixteen records one after another.
@@ -46,6 +60,13 @@ LOCKSTEP_INLINE void store_fields(Blocked<float>& array, int block, int field, c
   store(array.vector(block, field + 2), v.z);
 }
 
+// Where a block's triangles have what they have for corner c, or for the side opposite to it.
+inline std::size_t corner_place(int block, int c) { return lanes * (3 * static_cast<std::size_t>(block) + c); }
+LOCKSTEP_INLINE Vector3<floatv> facet_corners(const Elements<float>& elements, std::span<const float> records,
+                                              int block, int c) {
+  return load_records_at(records.data(), &elements.facet_corner[corner_place(block, c)]);
+}
+
 // Where the parts of a block's elements begin.
 inline std::size_t membrane_parts(int block) { return 4 * lanes * 3 * static_cast<std::size_t>(block); }
 inline std::size_t hinge_parts(const Elements<float>& elements, int block) {
@@ -58,6 +79,15 @@ inline Array<float> make_parts(const Elements<float>& elements) {
 }
 inline Array<float> make_records(const Elements<float>& elements) {
   return Array<float>(4 * lanes * static_cast<std::size_t>(elements.slices()));
+}
+
+// Positions as records. Called by all threads of a team.
+inline void pack(const Elements<float>& elements, const Vectors<float>& position, Array<float>& records) {
+  const Vector3<const float*> x = pointers(position);
+  // A slice writes its own records.
+#pragma omp for schedule(static)
+  for (int slice = 0; slice < elements.slices(); ++slice)
+    store_sixteen(&records[4 * lanes * static_cast<std::size_t>(slice)], load(x, lanes * slice));
 }
 
 // Calls f(has_springs, has_bending), as constants, so that loops hold no branches.

@@ -1,9 +1,12 @@
 // The damping of a cloth, implicit, by conjugate gradients: one product with D an iteration.
 //
 // Damping resists the change of each element's shape, along the directions that `forces` has left. A product goes
-// through the elements and adds to their corners what they resist with. At the time steps that explicit elastic forces
-// allow, mass is most of the system. It is also the only part of the diagonal that is known without going through the
-// elements: so it is the preconditioner.
+// through the elements and adds to their corners what they resist with. Hinges are damped triangle by triangle: first
+// how fast each turns about its sides, then what that gives to its three corners. Hinges have four, and there
+// are three of them to two triangles.
+//
+// At the time steps that explicit elastic forces allow, mass is most of the system. It is also the only part of the
+// diagonal that is known without going through the elements: so it is the preconditioner.
 //
 // Held vertices are filtered: their rows and columns are left out, and their velocities act by the right-hand side.
 //
@@ -27,7 +30,10 @@ void set(std::span<Real> x, int vertex, const Vector3<Real>& value) {
   Real* const at = &x[4 * static_cast<std::size_t>(vertex)];
   at[0] = value.x, at[1] = value.y, at[2] = value.z, at[3] = 0;
 }
-void add(std::span<Real> x, int vertex, const Vector3<Real>& part) { set(x, vertex, record(x, vertex) + part); }
+void add(std::span<Real> x, int vertex, const Vector3<Real>& part) {
+  Real* const at = &x[4 * static_cast<std::size_t>(vertex)];
+  at[0] += part.x, at[1] += part.y, at[2] += part.z;
+}
 
 void add_links(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
                std::span<Real> pulls) {
@@ -58,32 +64,44 @@ void add_membranes(const Elements<Real>& elements, const State<Real>& state, std
   }
 }
 
-void add_hinges(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
-                std::span<Real> pulls) {
-  for (int h = 0; h < elements.hinges; ++h) {
-    Parts<Real, 4> slope, of_corners;
-    for (int c = 0; c < 4; ++c) {
-      slope.of[c] = {state.fold.at(h, 3 * c), state.fold.at(h, 3 * c + 1), state.fold.at(h, 3 * c + 2)};
-      of_corners.of[c] = record(v, elements.hinge_corner.at(h, c));
-    }
-    const Parts<Real, 4> parts = damping_of_hinge(slope, of_corners);
-    for (int c = 0; c < 4; ++c) add(pulls, elements.hinge_corner.at(h, c), parts.of[c]);
+void set_rates(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
+               std::span<Real> rates) {
+  for (int t = 0; t < elements.facets; ++t) {
+    const auto corner = [&](int c) { return record(v, elements.facet_corner[elements.place_of(t, c)]); };
+    const Sides<Real> rate = rates_of_facet(state.facets[t], corner(0), corner(1), corner(2));
+    for (int c = 0; c < 3; ++c) rates[elements.place_of(t, c)] = rate.of[c];
   }
 }
 
-// pulls = -D v.
-void damp(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v, std::span<Real> pulls) {
+void add_hinges(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> rates,
+                std::span<Real> pulls) {
+  for (int t = 0; t < elements.facets; ++t) {
+    const auto torque = [&](int c) {
+      const int side = elements.place_of(t, c);
+      return state.resistance[side] * (rates[side] + rates[elements.beside[side]]);
+    };
+    const Facet<Real>& facet = state.facets[t];
+    const Sides<Real> push = pushes_of_facet(facet.at, {torque(0), torque(1), torque(2)});
+    for (int c = 0; c < 3; ++c) add(pulls, elements.facet_corner[elements.place_of(t, c)], push.of[c] * facet.normal);
+  }
+}
+
+// memory.pulls = -D v.
+void damp(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
+          DampingMemory<Real>& memory) {
+  const std::span<Real> pulls = memory.pulls;
   std::ranges::fill(pulls, Real(0));
   add_links(elements, state, v, pulls);
   add_membranes(elements, state, v, pulls);
-  add_hinges(elements, state, v, pulls);
+  set_rates(elements, state, v, memory.rates);
+  add_hinges(elements, state, memory.rates, pulls);
 }
 
 }  // namespace
 
 DampingMemory<Real> make_damping_memory(const Elements<Real>& elements) {
   const std::size_t n = 4 * static_cast<std::size_t>(elements.vertices);
-  return {Array<Real>(n), Array<Real>(n), Array<Real>(n)};
+  return {Array<Real>(n), Array<Real>(n), Array<Real>(elements.last_place()), Array<Real>(n)};
 }
 
 linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>& state, const Array<Real>& mass,
@@ -91,14 +109,14 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
                                const linear::Stop& stop, Vectors<Real>& velocity, DampingMemory<Real>& memory) {
   const Vector3<Real> none = {0, 0, 0};
   for (int i = 0; i < elements.vertices; ++i) set(memory.x, i, load(velocity, i));
-  damp(elements, state, memory.x, memory.pulls);
+  damp(elements, state, memory.x, memory);
   for (int i = 0; i < elements.vertices; ++i) {
     const Vector3<Real> rest = half_step * (load(force, i) + record(memory.pulls, i));
     set(memory.b, i, select(inverse_mass[i] > 0, rest, none));
   }
 
   const auto multiply = [&](std::span<const Real> p, std::span<Real> q) {
-    damp(elements, state, p, memory.pulls);
+    damp(elements, state, p, memory);
     for (int i = 0; i < elements.vertices; ++i) {
       const Vector3<Real> row = mass[i] * record(p, i) - half_step * record(memory.pulls, i);
       set(q, i, select(inverse_mass[i] > 0, row, none));

@@ -33,6 +33,13 @@ void add_links(const Elements<Real>& elements, const Vectors<Real>& position, St
   }
 }
 
+void set_facets(const Elements<Real>& elements, const Vectors<Real>& position, State<Real>& state) {
+  for (int t = 0; t < elements.facets; ++t) {
+    const auto x = [&](int c) { return load(position, elements.facet_corner[elements.place_of(t, c)]); };
+    state.facets[t] = facet_of(x(0), x(1), x(2));
+  }
+}
+
 void add_membranes(const Elements<Real>& elements, const Vectors<Real>& position, State<Real>& state,
                    Vectors<Real>& force) {
   for (int t = 0; t < elements.membranes; ++t) {
@@ -51,16 +58,12 @@ void add_membranes(const Elements<Real>& elements, const Vectors<Real>& position
 void add_hinges(const Elements<Real>& elements, const Vectors<Real>& position, State<Real>& state,
                 Vectors<Real>& force) {
   for (int h = 0; h < elements.hinges; ++h) {
-    const auto corner = [&](int c) { return elements.hinge_corner.at(h, c); };
-    const Fold<Real> fold = fold_of(load(position, corner(0)), load(position, corner(1)), load(position, corner(2)),
-                                    load(position, corner(3)));
-    const Parts<Real, 4> slope = damped_slope(elements.hinge.at(h, 1), fold);
+    const auto x = [&](int c) { return load(position, elements.hinge_corner.at(h, c)); };
+    const Fold<Real> fold = fold_of(x(0), x(1), x(2), x(3));
     const Parts<Real, 4> parts = parts_of_hinge(elements.hinge_stiffness, elements.hinge.at(h, 0), fold);
-    for (int c = 0; c < 4; ++c) {
-      state.fold.at(h, 3 * c) = slope.of[c].x, state.fold.at(h, 3 * c + 1) = slope.of[c].y;
-      state.fold.at(h, 3 * c + 2) = slope.of[c].z;
-      add(force, corner(c), parts.of[c]);
-    }
+    for (int c = 0; c < 4; ++c) add(force, elements.hinge_corner.at(h, c), parts.of[c]);
+    const Real resistance = resistance_of_hinge(elements.hinge.at(h, 1), fold);
+    for (int k = 0; k < 2; ++k) state.resistance[elements.hinge_side.at(h, k)] = resistance;
   }
 }
 
@@ -69,12 +72,14 @@ void add_hinges(const Elements<Real>& elements, const Vectors<Real>& position, S
 State<Real> make_state(const Elements<Real>& elements) {
   State<Real> state = make_state_of_blocks(elements);
   if (elements.has_springs) state.along.resize(3 * static_cast<std::size_t>(elements.edges));
+  state.facets.resize(elements.facets);
   return state;
 }
 
 void forces(const Elements<Real>& elements, const Vectors<Real>& position, State<Real>& state, Vectors<Real>& force) {
   for (Array<Real>* component : {&force.x, &force.y, &force.z})
     std::fill_n(component->begin(), elements.vertices, Real(0));
+  set_facets(elements, position, state);
   add_links(elements, position, state, force);
   add_membranes(elements, position, state, force);
   add_hinges(elements, position, state, force);
