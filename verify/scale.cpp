@@ -25,7 +25,7 @@ namespace lockstep::verify {
 
 Effort effort_of(const ReportOptions& options) {
   if (options.quick) return {1, 0, 0, 1};
-  return options.brief ? Effort{2, .1, .03, 2} : Effort{3, .2, .05, 3};
+  return options.brief ? Effort{3, .1, .03, 1} : Effort{3, .2, .05, 3};
 }
 
 Model measure_model() {
