@@ -3,8 +3,8 @@
 // The algorithm stands in serial/production_cloth/forces.cpp. Elements that share a vertex would write to it together.
 // So a vertex goes through its links itself, sixteen vertices at once: a link is computed twice, once from either end,
 // where it has the same bits but for the sign. Membranes, which would be computed three times, are taken sixteen at a
-// time and store their parts; folding triangles store what they push their corners with. A hinge is computed twice, from
-// either side, and has the same bits. Vertices add up in the order of the elements: the serial bits.
+// time and store their parts; folding triangles store what they push their corners with. A hinge is computed twice,
+// from either side, and has the same bits. Vertices add up in the order of the elements: the serial bits.
 //
 // Three contrasts. A vertex computes membranes and hinges itself: the same bits, and nothing but facets is stored.
 // Elements in colours add to their vertices at once, sixteen together. Or threads add each part under its vertex's lock

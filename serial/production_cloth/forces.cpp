@@ -1,7 +1,7 @@
 // The elastic forces of a cloth, element by element: each adds what it pulls with to its corners.
 //
-// Links come first, then membranes, then hinges: each finds what it resists with, and a triangle then pushes its corners
-// with what its sides' hinges do. What damping needs of the shape is left in the state on the way.
+// Links come first, then membranes, then hinges: each finds what it resists with, and a triangle then pushes its
+// corners with that of its three sides. What damping needs of the shape is left in the state on the way.
 //
 // The contract stands in common/production_cloth/forces.h.
 #include "common/production_cloth/forces.h"
@@ -31,13 +31,6 @@ void add_link(const Elements<Real>& elements, const Vectors<Real>& position, int
   add(force, from, part), add(force, to, -part);
 }
 
-void set_facets(const Elements<Real>& elements, const Vectors<Real>& position, State<Real>& state) {
-  for (int t = 0; t < elements.facets; ++t) {
-    const auto x = [&](int c) { return load(position, elements.facet_corner[elements.place_of(t, c)]); };
-    state.facets[t] = facet_of(x(0), x(1), x(2));
-  }
-}
-
 void add_membrane(const Elements<Real>& elements, const Vectors<Real>& position, int t, State<Real>& state,
                   Vectors<Real>& force) {
   const auto corner = [&](int c) { return elements.membrane_corner.at(t, c); };
@@ -49,6 +42,13 @@ void add_membrane(const Elements<Real>& elements, const Vectors<Real>& position,
   for (int k = 0; k < 6; ++k) state.deformation.at(t, k) = fields[k];
   const Parts<Real, 3> parts = parts_of_membrane(m, stress_of_membrane(elements, f));
   for (int c = 0; c < 3; ++c) add(force, corner(c), parts.of[c]);
+}
+
+void set_facets(const Elements<Real>& elements, const Vectors<Real>& position, State<Real>& state) {
+  for (int t = 0; t < elements.facets; ++t) {
+    const auto x = [&](int c) { return load(position, elements.facet_corner[elements.place_of(t, c)]); };
+    state.facets[t] = facet_of(x(0), x(1), x(2));
+  }
 }
 
 void set_hinges(const Elements<Real>& elements, const Vectors<Real>& position, State<Real>& state) {
