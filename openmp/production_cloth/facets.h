@@ -46,19 +46,19 @@ template <class At, class Keep>
 LOCKSTEP_INLINE Sides<floatv> pushes_of_facets(const Elements<float>& elements, const State<float>& state,
                                                const Quads& own, const At& at, const Keep& keep) {
   const auto x = [&](int c) { return load_records_at(state.records.data(), &at.indices(elements.facet_corner, c)[0]); };
-  const Vector3<floatv> corner[] = {x(0), x(1), x(2)};
-  Sides<floatv> torque;
-  for (int c = 0; c < 3; ++c) {
+  const Vector3<floatv> x0 = x(0), x1 = x(1), x2 = x(2);
+  const auto torque = [&](int c, const Vector3<floatv>& e) {
     const Quads beside = load_quads(state.normals.data(), &at.indices(elements.facet_beside, c)[0]);
     const Resistance<floatv> hinge =
         resistance_of_hinge(floatv(elements.hinge_stiffness), at.numbers(elements.rest_sine_at, c),
                             at.numbers(elements.root_of_damping_at, c), normals_of(own), own.field[3],
-                            normals_of(beside), beside.field[3], corner[(c + 2) % 3] - corner[(c + 1) % 3]);
-    torque.of[c] = hinge.torque, keep(c, hinge.of_rate);
-  }
+                            normals_of(beside), beside.field[3], e);
+    keep(c, hinge.of_rate);
+    return hinge.torque;
+  };
   const floatv cotangents[] = {at.numbers(state.cotangents, 0), at.numbers(state.cotangents, 1),
                                at.numbers(state.cotangents, 2)};
-  return pushes_of_facet(cotangents, torque);
+  return pushes_of_facet(cotangents, {torque(0, x2 - x1), torque(1, x0 - x2), torque(2, x1 - x0)});
 }
 
 // Adds up what triangles push a slice's vertices with, in their order. pushes: by place.
