@@ -157,9 +157,19 @@ TEST(ProductionClothForces, HingesTurnBack) {
     };
     // Far corners at either side of the y axis; theta / 2 each, up for negative angles.
     const Vector3<float> x0 = at(theta / 2, -1), x1 = at(-theta / 2, 1);
-    const Fold<float> fold = fold_of(x0, x1, {0, 0, 0}, {0, 1, 0});
+    const Vector3<float> x2 = {0, 0, 0}, x3 = {0, 1, 0};
+    const Fold<float> fold = fold_of(x0, x1, x2, x3);
     EXPECT_NEAR(fold.sine, std::sin(theta / 2), 0x1p-22) << theta;
-    const auto parts = parts_of_hinge(1.f, 0.f, fold);
+    const Facet<float> first = facet_of(x0, x2, x3), second = facet_of(x1, x3, x2);
+    const float torque =
+        resistance_of_hinge(1.f, 0.f, 0.f, first.normal, first.size, second.normal, second.size, x3 - x2).torque;
+    EXPECT_EQ(torque,
+              resistance_of_hinge(1.f, 0.f, 0.f, second.normal, second.size, first.normal, first.size, x2 - x3).torque);
+    const Sides<float> push1 = pushes_of_facet(first.at, {torque, 0, 0}),
+                       push2 = pushes_of_facet(second.at, {torque, 0, 0});
+    const Parts<float, 4> parts = {{push1.of[0] * first.normal, push2.of[0] * second.normal,
+                                    push1.of[1] * first.normal + push2.of[2] * second.normal,
+                                    push1.of[2] * first.normal + push2.of[1] * second.normal}};
     // Up is against the fold where both are up.
     EXPECT_LT(parts.of[0].z * -std::sin(theta / 2), 0) << theta;
     EXPECT_LT(parts.of[1].z * -std::sin(theta / 2), 0) << theta;

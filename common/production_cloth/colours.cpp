@@ -43,14 +43,11 @@ Colours make_colours(const Elements<Real>& e) {
                     [&](int k) {
                       return std::array{e.from[k], e.to[k]};
                     }),
-          first_fit(e.membranes, e.vertices,
-                    [&](int t) {
-                      const auto& c = e.membrane_corner;
-                      return std::array{c.at(t, 0), c.at(t, 1), c.at(t, 2)};
-                    }),
-          first_fit(e.hinges, e.vertices, [&](int h) {
-            const auto& c = e.hinge_corner;
-            return std::array{c.at(h, 0), c.at(h, 1), c.at(h, 2), c.at(h, 3)};
+          first_fit(std::max(e.membranes, e.facets), e.vertices, [&](int t) {
+            const auto corner = [&](int c) {
+              return e.membranes > 0 ? e.membrane_corner.at(t, c) : e.facet_corner[e.place_of(t, c)];
+            };
+            return std::array{corner(0), corner(1), corner(2)};
           })};
 }
 

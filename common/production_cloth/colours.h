@@ -10,7 +10,7 @@
 namespace lockstep::production_cloth {
 
 struct Colours {
-  Batches links, membranes, hinges;
+  Batches links, triangles;  // of membranes and facets
 };
 
 template <class Real>

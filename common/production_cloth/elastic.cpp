@@ -161,18 +161,16 @@ void add_hinges(const Topology& topology, const Vectors<double>& rest, const Mat
     double inverse_mass = 0;
     for (int c = 0; c < 4; ++c) inverse_mass += dot(fold.slope[c], fold.slope[c]) / mass[corner[c]];
     const double damping = material.bend_damping * 2 * std::sqrt(.5 * material.bending * fold.shape / inverse_mass);
-    // In Real, of positions in Real: at rest forces find the same bits.
-    const auto at = [&](int c) { return convert<Real>(load(rest, corner[c])); };
-    e.hinge.at(h, 0) = fold_of<Real>(at(0), at(1), at(2), at(3)).sine;
     e.hinge.at(h, 1) = static_cast<Real>(std::sqrt(damping));
     for (int c = 0; c < 4; ++c) e.hinge_corner.at(h, c) = corner[c];
   }
 }
 
 template <class Real>
-void add_facets(const Topology& topology, Elements<Real>& e) {
+void add_facets(const Topology& topology, const Vectors<double>& rest, Elements<Real>& e) {
   e.facets = static_cast<int>(topology.triangles.size());
-  e.facet_corner.resize(e.last_place()), e.beside.resize(e.last_place());
+  for (Array<std::int32_t>* array : {&e.facet_corner, &e.beside, &e.facet_beside}) array->resize(e.last_place());
+  e.rest_sine_at.resize(e.last_place()), e.root_of_damping_at.resize(e.last_place());
   e.hinge_side = {2, e.hinge_corner_blocks()};
   std::vector<std::vector<std::int32_t>> sides_of(topology.edges.size());
   for (int t = 0; t < lanes * e.facet_blocks(); ++t)
@@ -181,13 +179,26 @@ void add_facets(const Topology& topology, Elements<Real>& e) {
       e.facet_corner[e.place_of(t, c)] = topology.corners(triangle)[c], e.beside[e.place_of(t, c)] = e.place_of(t, c);
       if (t < e.facets) sides_of[topology.edges_of[t][c]].push_back(e.place_of(t, c));
     }
-  // Hinges are in the order of their edges, with two sides each.
+  // In Real, of positions in Real: at rest forces find the same bits.
+  const auto x = [&](int vertex) { return convert<Real>(load(rest, vertex)); };
+  const auto normal_at = [&](int place) {
+    const auto corner = topology.corners(e.triangle_of(place));
+    return facet_of(x(corner[0]), x(corner[1]), x(corner[2])).normal;
+  };
+  // Hinges are in the order of their edges, with two sides each, of which corner 0's comes first.
   int h = 0;
   for (const auto& sides : sides_of)
     if (sides.size() == 2) {
       e.beside[sides[0]] = sides[1], e.beside[sides[1]] = sides[0];
-      e.hinge_side.at(h, 0) = sides[0], e.hinge_side.at(h, 1) = sides[1], ++h;
+      e.hinge.at(h, 0) = sine_of_fold(normal_at(sides[0]), normal_at(sides[1]),
+                                      x(e.hinge_corner.at(h, 3)) - x(e.hinge_corner.at(h, 2)));
+      for (int k = 0; k < 2; ++k) {
+        e.hinge_side.at(h, k) = sides[k];
+        e.rest_sine_at[sides[k]] = e.hinge.at(h, 0), e.root_of_damping_at[sides[k]] = e.hinge.at(h, 1);
+      }
+      ++h;
     }
+  for (std::size_t place = 0; place < e.beside.size(); ++place) e.facet_beside[place] = e.triangle_of(e.beside[place]);
   for (; h < lanes * e.hinge_corner_blocks(); ++h)
     for (int k = 0; k < 2; ++k) e.hinge_side.at(h, k) = e.hinge_side.at(e.hinges - 1, k);
 }
@@ -202,20 +213,15 @@ Elements<Real> make_elements(const Topology& topology, const Vectors<double>& re
   add_links(topology, rest, material, mass, e);
   if (material.stretch != Stretch::springs) add_membranes(topology, rest, material, e);
   if (material.bend == Bend::hinges && !topology.hinges.empty()) add_hinges(topology, rest, material, mass, e);
-  if (e.hinges > 0) add_facets(topology, e);
-  std::vector<std::vector<std::int32_t>> parts_at(e.vertices), corners_at(e.vertices);
+  if (e.hinges > 0) add_facets(topology, rest, e);
+  std::vector<std::vector<std::int32_t>> corners_at(e.vertices);
   for (int t = 0; t < std::max(e.membranes, e.facets); ++t)
     for (int c = 0; c < 3; ++c) corners_at[topology.corners(t)[c]].push_back(e.place_of(t, c));
-  if (e.membranes > 0) parts_at = corners_at;
-  for (int h = 0; h < e.hinges; ++h)
-    for (int c = 0; c < 4; ++c) parts_at[e.hinge_corner.at(h, c)].push_back(e.hinge_record(h, c));
-  const auto itself = [](int, int place) { return place; };
-  e.corners_at = slices_of(corners_at, itself, [&](int) { return e.last_place(); });
+  e.corners_at = slices_of(
+      corners_at, [](int, int place) { return place; }, [&](int) { return e.last_place(); });
   e.facet_at.resize(e.corners_at.at.size());
   for (std::size_t k = 0; k < e.facet_at.size(); ++k)
-    if (const int place = e.corners_at.at[k]; place < e.last_place())
-      e.facet_at[k] = place / (3 * lanes) * lanes + place % lanes;
-  e.parts_at = slices_of(parts_at, itself, [&](int) { return e.last_record(); });
+    if (const int place = e.corners_at.at[k]; place < e.last_place()) e.facet_at[k] = e.triangle_of(place);
   return e;
 }
 

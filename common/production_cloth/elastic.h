@@ -28,7 +28,7 @@ namespace lockstep::production_cloth {
 // [16 (first[s] + k) + l]. Lists of a slice are filled up to the longest of them.
 struct Slices {
   Array<std::int32_t> first;  // [slice]; and the number of items behind the last
-  Array<std::int32_t> at;     // a vertex, or a record of parts; what fills up: the vertex itself, or the record of 0
+  Array<std::int32_t> at;     // a vertex, or a place; what fills up: the vertex itself, or the last place
 };
 
 template <class Real>
@@ -60,30 +60,25 @@ struct Elements {
   Blocked<std::int32_t> hinge_corner;  // 4
   Blocked<Real> hinge;                 // 2: sin(theta / 2) at rest; the root of the damping, in N m s
 
-  // The triangles again, if there are hinges: what hinges damp is found triangle by triangle. Side c is opposite to
+  // The triangles again, if there are hinges: what hinges do is found triangle by triangle. Side c is opposite to
   // corner c. Filled up likewise, with sides of no hinge. What a triangle has for a corner, or for the side opposite to
   // it, stands at place_of; behind all stands a 0.
   int facets = 0;
   Array<std::int32_t> facet_corner;  // [place]
   Array<std::int32_t> beside;        // [place] of a side: the place of the same side in the triangle beside, or its own
-  Blocked<std::int32_t> hinge_side;  // 2: the places of the side that is the hinge
-  Slices corners_at;                 // the places of each vertex's corners, of facets or membranes, in their order
-  Array<std::int32_t> facet_at;      // the facet of each corner in corners_at; 0 of what fills up
-
-  // What membranes and hinges give to their corners stands in records of four numbers: x, y, z, 0. Corner c of membrane
-  // e is that of place_of, of hinge e that of hinge_record. The last record is 0.
-  Slices parts_at;  // the records of each vertex: of membranes, then of hinges, in their order
+  Array<std::int32_t> facet_beside;  // [place]: the triangle of `beside`
+  Blocked<std::int32_t> hinge_side;  // 2: the places of the side that is the hinge; the first is corner 0's triangle's
+  Array<Real> rest_sine_at, root_of_damping_at;  // [place] of a side: the two of its hinge; 0 where there is none
+  Slices corners_at;             // the places of each vertex's corners, of facets or membranes, in their order
+  Array<std::int32_t> facet_at;  // the facet of each corner in corners_at; 0 of what fills up
 
   static int place_of(int triangle, int c) { return (triangle / lanes * 3 + c) * lanes + triangle % lanes; }
+  static int triangle_of(int place) { return place / (3 * lanes) * lanes + place % lanes; }
   int slices() const { return (vertices + lanes - 1) / lanes; }
-  int hinge_record(int e, int c) const {
-    return 3 * lanes * membrane_corner_blocks() + (e / lanes * 4 + c) * lanes + e % lanes;
-  }
   int membrane_corner_blocks() const { return (membranes + lanes - 1) / lanes; }
   int facet_blocks() const { return (facets + lanes - 1) / lanes; }
   int hinge_corner_blocks() const { return (hinges + lanes - 1) / lanes; }
   int last_place() const { return 3 * lanes * std::max(membrane_corner_blocks(), facet_blocks()); }
-  int last_record() const { return lanes * (3 * membrane_corner_blocks() + 4 * hinge_corner_blocks()); }
 };
 
 // rest: finite; triangles and edges not degenerate. Springs' rest lengths have the bits of the lengths that forces
@@ -96,12 +91,12 @@ template <class Real>
 struct State {
   // Of springs, the direction times root_of_damping: serial [3 edge + c], openmp [16 (3 item + c) + lane].
   Array<Real> along;
-  Blocked<Real> deformation;   // 6: F by columns, of membranes
-  Array<Facet<Real>> facets;   // serial: of each triangle
-  Blocked<Real> facet;         // openmp: 3, `at` of a Facet
-  Array<Real> normals;         // openmp: of facets, four numbers each
-  Array<Real> resistance;      // [place] of each side's hinge; 0 where there is none
-  Array<Real> records, parts;  // openmp's scratch: positions, four numbers a vertex; parts
+  Blocked<Real> deformation;           // 6: F by columns, of membranes
+  Array<Facet<Real>> facets;           // serial: of each triangle
+  Array<Real> normals, cotangents;     // openmp: of facets, normal and size, four numbers each; [place]: `at`
+  Array<Real> resistance;              // [place] to a rate, of each side's hinge; 0 where there is none
+  Array<Real> torque;                  // serial's scratch: likewise, what the hinge resists with
+  Array<Real> records, parts, pushes;  // openmp's scratch: positions and membranes' parts, four numbers each; [place]
 };
 
 // --- Shared by the two versions' make_state

@@ -104,15 +104,24 @@ inline Parts<T, 3> parts_of_membrane(const Membrane<T>& m, const Columns<T>& p) 
 
 // --- Hinges; corners as Topology has them
 
-// sin(theta / 2), whose sign is that of (n1 x n2) . e; how stiff the hinge is at this shape, |e|^2 / (|N1| + |N2|);
-// 1 / |e|^2; and the slope of minus theta by the corners, 1/m. All are 0 where a triangle has no area.
+// sin(theta / 2), of the triangles' normals; its sign is that of (n1 x n2) . e. It is half the distance of the two
+// normals: sqrt((1 - n1 . n2) / 2) would be off by 2e-4 near 0. From the other side, where n1 and n2 change places and
+// e turns round, it has the same bits.
+template <class T>
+inline T sine_of_fold(const Vector3<T>& n1, const Vector3<T>& n2, const Vector3<T>& e) {
+  const Vector3<T> apart = n1 - n2;
+  const T half = T(.5f) * sqrt(dot(apart, apart));
+  return select(dot(cross(n1, n2), e) < T(0), -half, half);
+}
+
+// sin(theta / 2); how stiff the hinge is at this shape, |e|^2 / (|N1| + |N2|); and the slope of minus theta by the
+// corners, 1/m. All are 0 where a triangle has no area.
 template <class T>
 struct Fold {
-  T sine, shape, per_square;
+  T sine, shape;
   Vector3<T> slope[4];
 };
 
-// sin(theta / 2) is half the distance of the two normals: sqrt((1 - n1 . n2) / 2) would be off by 2e-4 near 0.
 template <class T>
 inline Fold<T> fold_of(const Vector3<T>& x0, const Vector3<T>& x1, const Vector3<T>& x2, const Vector3<T>& x3) {
   const Vector3<T> e = x3 - x2, from02 = x0 - x2, from03 = x0 - x3, from12 = x1 - x2, from13 = x1 - x3;
@@ -122,34 +131,26 @@ inline Fold<T> fold_of(const Vector3<T>& x0, const Vector3<T>& x1, const Vector3
   const T size1 = sqrt(select(is_there, square1, T(1))), size2 = sqrt(select(is_there, square2, T(1)));
   const T length = sqrt(select(is_there, square, T(1))), one = select(is_there, T(1), T(0));
   const Vector3<T> n1 = (one / size1) * normal1, n2 = (one / size2) * normal2;
-  const Vector3<T> apart = n1 - n2;
-  const T half = T(.5f) * sqrt(dot(apart, apart));
   const Vector3<T> by1 = (T(1) / size1) * n1, by2 = (T(1) / size2) * n2, unit = (T(1) / length) * e;
-  return {select(dot(cross(n1, n2), e) < T(0), -half, half),
+  return {sine_of_fold(n1, n2, e),
           (one * square) / (size1 + size2),
-          one / select(is_there, square, T(1)),
           {length * by1, length * by2, dot(from03, unit) * by1 + dot(from13, unit) * by2,
            -(dot(from02, unit) * by1 + dot(from12, unit) * by2)}};
 }
 
-template <class T>
-inline Parts<T, 4> parts_of_hinge(const T& stiffness, const T& rest_sine, const Fold<T>& fold) {
-  const T torque = (stiffness * fold.shape) * (fold.sine - rest_sine);
-  return {{torque * fold.slope[0], torque * fold.slope[1], torque * fold.slope[2], torque * fold.slope[3]}};
-}
-
-// --- Folding triangles: the damping of hinges, triangle by triangle
+// --- Folding triangles: hinges, elastic and damping, triangle by triangle
 //
-// The slope of minus theta by a corner of one of the two triangles is a number times its triangle's m = N / |N|^2. Let
-// w_c = m . v_c be the corners' velocities across their triangle, and a_c the product of the two sides that begin at
-// corner c. A triangle turns about its side opposite to corner 0 by a_2 (w_0 - w_1) + a_1 (w_0 - w_2), over the side's
-// length; and likewise about the others. A hinge's rate is the sum of its triangles'. What it resists with acts on the
-// corners by the same weights: the matrix of each triangle is symmetric, and its rows sum to 0.
+// The slope of minus theta by a corner of one of the two triangles is a number times its triangle's normal n. Let
+// w_c = n . v_c be the corners' velocities across their triangle, and a_c the cotangent of the angle at corner c. A
+// triangle turns about its side opposite to corner 0 by a_2 (w_0 - w_1) + a_1 (w_0 - w_2), over the side's length; and
+// likewise about the others. A hinge's rate is the sum of its triangles'. What it resists with acts on the corners by
+// the same weights: the matrix of each triangle is symmetric, and its rows sum to 0.
 
 template <class T>
 struct Facet {
-  Vector3<T> normal;  // m, 1/m^2; 0 without area
-  T at[3];            // a, m^2
+  Vector3<T> normal;  // n, of length 1; 0 without area
+  T size;             // |N|, twice the area, m^2
+  T at[3];            // a; 0 without area
 };
 
 // Of each side, which is opposite to the corner of the same number.
@@ -163,8 +164,8 @@ inline Facet<T> facet_of(const Vector3<T>& x0, const Vector3<T>& x1, const Vecto
   const Vector3<T> d01 = x1 - x0, d02 = x2 - x0, d12 = x2 - x1, normal = cross(d01, d02);
   const T square = dot(normal, normal);
   const auto has_area = square > T(0);
-  return {(select(has_area, T(1), T(0)) / select(has_area, square, T(1))) * normal,
-          {dot(d01, d02), -dot(d01, d12), dot(d02, d12)}};
+  const T size = sqrt(square), inverse = select(has_area, T(1), T(0)) / select(has_area, size, T(1));
+  return {inverse * normal, size, {inverse * dot(d01, d02), -(inverse * dot(d01, d12)), inverse * dot(d02, d12)}};
 }
 
 // The weighted sums of the differences of three numbers, given as those of 0 and 1, 1 and 2, 2 and 0.
@@ -176,16 +177,28 @@ inline Sides<T> sums_of_differences(const T (&at)[3], const T& d01, const T& d12
 
 // How fast a triangle turns about its sides, times their lengths. One velocity that all corners have is no rate.
 template <class T>
-inline Sides<T> rates_of_facet(const Facet<T>& facet, const Vector3<T>& v0, const Vector3<T>& v1,
+inline Sides<T> rates_of_facet(const Vector3<T>& normal, const T (&at)[3], const Vector3<T>& v0, const Vector3<T>& v1,
                                const Vector3<T>& v2) {
-  const T w1 = dot(facet.normal, v1 - v0), w2 = dot(facet.normal, v2 - v0);
-  return sums_of_differences(facet.at, -w1, w1 - w2, w2);
+  const T w1 = dot(normal, v1 - v0), w2 = dot(normal, v2 - v0);
+  return sums_of_differences(at, -w1, w1 - w2, w2);
 }
 
-// How much a hinge resists, kg m^2/s of a rate times a length: its damping over |e|^2.
+// What a hinge resists with, over its length: to being bent, N; and how much to a rate times the length, kg/s: its
+// damping over |e|^2. Both are 0 where a triangle has no area. They have the same bits from either side.
 template <class T>
-inline T resistance_of_hinge(const T& root_of_damping, const Fold<T>& fold) {
-  return (root_of_damping * root_of_damping) * fold.per_square;
+struct Resistance {
+  T torque, of_rate;
+};
+
+template <class T>
+inline Resistance<T> resistance_of_hinge(const T& stiffness, const T& rest_sine, const T& root_of_damping,
+                                         const Vector3<T>& n1, const T& size1, const Vector3<T>& n2, const T& size2,
+                                         const Vector3<T>& e) {
+  const T square = dot(e, e), none(0), one(1);
+  const auto is_there = (size1 > none) & (size2 > none) & (square > none);
+  const T shape = sqrt(square) / select(is_there, size1 + size2, one);
+  return {select(is_there, (stiffness * shape) * (rest_sine - sine_of_fold(n1, n2, e)), none),
+          select(is_there, root_of_damping * root_of_damping, none) / select(is_there, square, one)};
 }
 
 // The forces on the corners are these numbers times the facet's normal. torque: what the sides' hinges resist with,

@@ -1,6 +1,6 @@
 // Contract: the elastic forces of a cloth on its vertices, in N, and what damping needs of the cloth's present shape.
 //
-//   f_v = sum over the links at v, then its membranes, then its hinges, each in their order, of their forces on v
+//   f_v = sum over the links at v, then its membranes, then its folding triangles, each in their order, of their forces
 //
 // summed from 0, each element's as element_forces.h says. Held vertices feel them, too. Gravity is not among them.
 //
@@ -9,11 +9,11 @@
 //   hinges      f_i = k |e|^2 / (|N1| + |N2|) (sin(theta / 2) - sin(theta0 / 2)) u_i, which has no potential
 //   quadratic   f = -Q x, Q = sum over hinges of 3 D / (A1 + A2) K K^T, K of cotangents at rest
 //
-// forces_colours adds up in the order of colours instead, kind by kind: links, membranes, hinges.
+// forces_colours adds up in the order of colours instead, kind by kind.
 //
 // In:      elements; position, m, finite; colours, made for the elements.
-// Out:     force, N; state, of the elements' size, all of it but the padding. The forms without a state leave none.
-// openmp's forces keeps its scratch in the state. Arrays are padded.
+// Out:     force, N; state, of the elements' size, all of it but the padding; of the contrasts only scratch.
+// Scratch is in the state. Arrays are padded.
 //
 // Source: Bridson, Marino and Fedkiw 2003; Bergou et al. 2006; [ITJ07] "Production Cloth".
 #pragma once
@@ -30,7 +30,7 @@ using Forces = void(const Elements<Real>& elements, const Vectors<Real>& positio
 
 template <class Real>
 using ForcesInColours = void(const Elements<Real>& elements, const Colours& colours, const Vectors<Real>& position,
-                             Vectors<Real>& force);
+                             State<Real>& state, Vectors<Real>& force);
 
 namespace serial {
 State<float> make_state(const Elements<float>& elements);
@@ -44,11 +44,11 @@ ForcesInColours<double> forces_colours;
 namespace openmp {
 State<float> make_state(const Elements<float>& elements);
 Forces<float> forces;
-// Each vertex computes its membranes and hinges itself. Of the state, only springs' directions are set.
+// Each vertex computes its membranes, and what its triangles' hinges resist with, itself.
 Forces<float> forces_recompute;
 ForcesInColours<float> forces_colours;
-// Each addition under its vertex's lock, in the order in which threads come: rounding depends on it. Leaves no state.
-void forces_locks(const Elements<float>& elements, const Vectors<float>& position, Vectors<float>& force);
+// Each addition under its vertex's lock, in the order in which threads come: rounding depends on it.
+Forces<float> forces_locks;
 }  // namespace openmp
 
 // --- Formulas; of a number or of lanes. field(array, k) is field k of the one element or of the sixteen.

@@ -19,7 +19,7 @@
 #include "common/linear/dot.h"
 #include "common/real.h"
 #include "openmp/linear/block_sums.h"
-#include "openmp/production_cloth/records.h"
+#include "openmp/production_cloth/facets.h"
 
 namespace lockstep::production_cloth::openmp {
 namespace {
@@ -70,11 +70,6 @@ void store_membranes(const Elements<Real>& elements, const State<Real>& state, s
   }
 }
 
-LOCKSTEP_INLINE Facet<floatv> facets_at(const State<Real>& state, int block) {
-  const auto at = [&](int c) { return load(state.facet.vector(block, c)); };
-  return {record(state.normals, block), {at(0), at(1), at(2)}};
-}
-
 // What the hinges of triangles push their corners with, along the normals. A team calls it.
 void store_pushes(const Elements<Real>& elements, const State<Real>& state, std::span<const Real> v,
                   std::span<Real> rates, DampingRoom& room) {
@@ -82,7 +77,8 @@ void store_pushes(const Elements<Real>& elements, const State<Real>& state, std:
 #pragma omp for schedule(static)
   for (int block = 0; block < elements.facet_blocks(); ++block) {
     const auto x = [&](int c) { return facet_corners(elements, v, block, c); };
-    const Sides<floatv> rate = rates_of_facet(facets_at(state, block), x(0), x(1), x(2));
+    const auto at = [&](int c) { return load(&state.cotangents[corner_place(block, c)]); };
+    const Sides<floatv> rate = rates_of_facet(record(state.normals, block), {at(0), at(1), at(2)}, x(0), x(1), x(2));
     for (int c = 0; c < 3; ++c) store(&rates[corner_place(block, c)], rate.of[c]);
   }
   // A block writes its own pushes; it reads rates, which are all there.
@@ -92,21 +88,10 @@ void store_pushes(const Elements<Real>& elements, const State<Real>& state, std:
       const std::size_t side = corner_place(block, c);
       return load(&state.resistance[side]) * (load(&rates[side]) + load_at(rates, &elements.beside[side]));
     };
-    const floatv at[] = {load(state.facet.vector(block, 0)), load(state.facet.vector(block, 1)),
-                         load(state.facet.vector(block, 2))};
-    const Sides<floatv> push = pushes_of_facet(at, {torque(0), torque(1), torque(2)});
+    const auto at = [&](int c) { return load(&state.cotangents[corner_place(block, c)]); };
+    const Sides<floatv> push = pushes_of_facet({at(0), at(1), at(2)}, {torque(0), torque(1), torque(2)});
     for (int c = 0; c < 3; ++c) store(&room.pushes[corner_place(block, c)], push.of[c]);
   }
-}
-
-// Adds up what triangles push a slice's vertices with, in their order.
-LOCKSTEP_INLINE Vector3<floatv> add_pushes(const Elements<Real>& elements, const State<Real>& state,
-                                           std::span<const Real> pushes, int slice, Vector3<floatv> sum) {
-  const Slices& at = elements.corners_at;
-  for (std::size_t k = at.first[slice]; k < std::size_t(at.first[slice + 1]); ++k)
-    sum =
-        sum + load_at(pushes, &at.at[lanes * k]) * load_records_at(state.normals.data(), &elements.facet_at[lanes * k]);
-  return sum;
 }
 
 constexpr int slices_of_block = linear::dot_block / record_floats;
@@ -150,12 +135,10 @@ double total(const DampingRoom& room, int which) {
 }  // namespace
 
 DampingMemory<Real> make_damping_memory(const Elements<Real>& elements) {
-  const int places = elements.last_place();
-  DampingMemory<Real> memory = {make_records(elements), make_records(elements), Array<Real>(places)};
+  DampingMemory<Real> memory = {make_records(elements), make_records(elements), Array<Real>(elements.last_place())};
   DampingRoom& room = memory.room;
   room.p = room.q = room.inverse_mass = make_records(elements);
-  if (elements.membranes > 0) room.membrane_parts.resize(4 * static_cast<std::size_t>(places + 1));
-  if (elements.facets > 0) room.pushes.resize(places + 1);
+  room.membrane_parts = make_parts(elements), room.pushes = make_pushes(elements);
   room.sums.resize(3 * ((memory.b.size() + linear::dot_block - 1) / linear::dot_block));
   return memory;
 }

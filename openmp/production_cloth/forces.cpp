@@ -2,11 +2,13 @@
 //
 // The algorithm stands in serial/production_cloth/forces.cpp. Elements that share a vertex would write to it together.
 // So a vertex goes through its links itself, sixteen vertices at once: a link is computed twice, once from either end,
-// where it has the same bits but for the sign. Membranes and hinges, which would be computed three and four times, are
-// taken sixteen at a time and store their parts, which vertices add up in the order of the elements: the serial bits.
+// where it has the same bits but for the sign. Membranes, which would be computed three times, are taken sixteen at a
+// time and store their parts; folding triangles store what they push their corners with. A hinge is computed twice,
+// from either side, and has the same bits. Vertices add up in the order of the elements: the serial bits.
 //
-// Three contrasts. A vertex computes membranes and hinges itself: the same bits, and nothing is stored. Elements in
-// colours add to their vertices at once, sixteen together. Or threads add each part under its vertex's lock ([ITJ07]).
+// Three contrasts. A vertex computes membranes and hinges itself: the same bits, and nothing but facets is stored.
+// Elements in colours add to their vertices at once, sixteen together. Or threads add each part under its vertex's lock
+// ([ITJ07]).
 //
 // The contract stands in common/production_cloth/forces.h.
 #include "common/production_cloth/forces.h"
@@ -14,7 +16,7 @@
 #include <algorithm>
 
 #include "common/real.h"
-#include "openmp/production_cloth/records.h"
+#include "openmp/production_cloth/facets.h"
 #include "openmp/share.h"
 
 namespace lockstep::production_cloth::openmp {
@@ -54,41 +56,36 @@ Parts<floatv, 3> parts_of_membranes(const Elements<Real>& elements, const Real* 
   return parts_of_membrane(m, stress_of_membrane(elements, f));
 }
 
-Fold<floatv> fold_of_hinges(const Elements<Real>& elements, const Real* records, int block) {
-  const auto x = [&](int c) { return load_records_at(records, elements.hinge_corner.vector(block, c)); };
-  return fold_of(x(0), x(1), x(2), x(3));
-}
-Parts<floatv, 4> parts_of_hinges(const Elements<Real>& elements, int block, const Fold<floatv>& fold) {
-  return parts_of_hinge(floatv(elements.hinge_stiffness), load(elements.hinge.vector(block, 0)), fold);
-}
-
+// Facets. Called by all threads of a team, as are the two below.
 void set_facets(const Elements<Real>& elements, State<Real>& state) {
   // A block writes its own facets.
-#pragma omp for schedule(static) nowait
+#pragma omp for schedule(static)
   for (int block = 0; block < elements.facet_blocks(); ++block) {
     const auto x = [&](int c) { return facet_corners(elements, state.records, block, c); };
     const Facet<floatv> facet = facet_of(x(0), x(1), x(2));
-    store_sixteen(&state.normals[4 * lanes * static_cast<std::size_t>(block)], facet.normal);
-    for (int c = 0; c < 3; ++c) store(state.facet.vector(block, c), facet.at[c]);
+    store_sixteen(&state.normals[facet_records(block)], facet.normal, facet.size);
+    for (int c = 0; c < 3; ++c) store(&state.cotangents[corner_place(block, c)], facet.at[c]);
   }
 }
 
-// The parts of membranes and hinges. Called by all threads of a team, as is set_facets.
-void store_all_parts(const Elements<Real>& elements, State<Real>& state) {
+void store_pushes(const Elements<Real>& elements, State<Real>& state) {
+  // A block writes its own pushes and resistances; it reads facets, which are all there.
+#pragma omp for schedule(static) nowait
+  for (int block = 0; block < elements.facet_blocks(); ++block) {
+    const Quads own = load_sixteen_quads(&state.normals[facet_records(block)]);
+    const auto keep = [&](int c, floatv resistance) { store(&state.resistance[corner_place(block, c)], resistance); };
+    const Sides<floatv> push = pushes_of_facets(elements, state, own, OfBlock{block}, keep);
+    for (int c = 0; c < 3; ++c) store(&state.pushes[corner_place(block, c)], push.of[c]);
+  }
+}
+
+void store_membranes(const Elements<Real>& elements, State<Real>& state) {
   // A block writes its own parts and state.
 #pragma omp for schedule(static) nowait
   for (int block = 0; block < elements.membrane_corner_blocks(); ++block) {
     Columns<floatv> f;
     store_parts(parts_of_membranes(elements, state.records.data(), block, f), &state.parts[membrane_parts(block)]);
     store_fields(state.deformation, block, 0, f.x), store_fields(state.deformation, block, 3, f.y);
-  }
-  // Likewise; a side belongs to one hinge.
-#pragma omp for schedule(static)
-  for (int block = 0; block < elements.hinge_corner_blocks(); ++block) {
-    const Fold<floatv> fold = fold_of_hinges(elements, state.records.data(), block);
-    store_parts(parts_of_hinges(elements, block, fold), &state.parts[hinge_parts(elements, block)]);
-    const floatv resistance = resistance_of_hinge(load(elements.hinge.vector(block, 1)), fold);
-    for (int k = 0; k < 2; ++k) store_at(state.resistance, elements.hinge_side.vector(block, k), resistance);
   }
 }
 
@@ -97,8 +94,9 @@ void store_all_parts(const Elements<Real>& elements, State<Real>& state) {
 State<Real> make_state(const Elements<Real>& elements) {
   State<Real> state = make_state_of_blocks(elements);
   if (elements.has_springs) state.along.resize(3 * elements.edges_at.at.size());
-  state.facet = {3, elements.facet_blocks()}, state.normals.resize(4 * lanes * std::size_t(elements.facet_blocks()));
-  state.records = make_records(elements), state.parts = make_parts(elements);
+  state.normals.resize(4 * lanes * std::size_t(elements.facet_blocks()));
+  state.cotangents.resize(state.resistance.size());
+  state.records = make_records(elements), state.parts = make_parts(elements), state.pushes = make_pushes(elements);
   return state;
 }
 
@@ -108,15 +106,20 @@ void forces(const Elements<Real>& elements, const Vectors<Real>& position, State
 #pragma omp parallel
     {
       pack(elements, position, state.records);
-      set_facets(elements, state);
-      store_all_parts(elements, state);
+      if (elements.membranes > 0) store_membranes(elements, state);
+      if (elements.facets > 0) set_facets(elements, state), store_pushes(elements, state);
+      // Parts and pushes of other threads' blocks are read below.
+      if (elements.membranes > 0 || elements.facets > 0) {
+#pragma omp barrier
+      }
       // A slice writes its own vertices' forces, and the directions of its own links.
 #pragma omp for schedule(static)
       for (int slice = 0; slice < elements.slices(); ++slice) {
-        const Vector3<floatv> sum =
+        Vector3<floatv> sum =
             add_links<decltype(springs), decltype(bending)>(elements, state.records.data(), slice, state);
-        store(f, lanes * slice, add_parts(elements.parts_at, state.parts.data(), slice, sum),
-              first_lanes(elements.vertices - lanes * slice));
+        if (elements.membranes > 0) sum = add_parts(elements.corners_at, state.parts.data(), slice, sum);
+        if (elements.facets > 0) sum = add_pushes(elements, state, state.pushes, slice, sum);
+        store(f, lanes * slice, sum, first_lanes(elements.vertices - lanes * slice));
       }
     }
   });
@@ -149,15 +152,16 @@ Vector3<floatv> parts_of_links(const Elements<Real>& elements, const Real* recor
 
 }  // namespace
 
-void forces_locks(const Elements<Real>& elements, const Vectors<Real>& position, Vectors<Real>& force) {
+void forces_locks(const Elements<Real>& elements, const Vectors<Real>& position, State<Real>& state,
+                  Vectors<Real>& force) {
   for (Array<Real>* component : {&force.x, &force.y, &force.z})
     std::fill_n(component->begin(), elements.vertices, Real(0));
   lockstep::openmp::Locks locks(elements.vertices);
-  Array<Real> room = make_records(elements);
-  const Real* const records = room.data();
+  const Real* const records = state.records.data();
 #pragma omp parallel
   {
-    pack(elements, position, room);
+    pack(elements, position, state.records);
+    set_facets(elements, state), store_pushes(elements, state);
     // A vertex is written under its lock; in the two loops below, too.
 #pragma omp for schedule(static) nowait
     for (int k = 0; k < elements.links; k += lanes) {
@@ -174,23 +178,19 @@ void forces_locks(const Elements<Real>& elements, const Vectors<Real>& position,
         add_under_locks(elements.membrane_corner.vector(block, c), parts.of[c], elements.membranes - lanes * block,
                         locks, force);
     }
-    // See above.
+    // See above; a block's pushes are stored by the thread that reads them.
 #pragma omp for schedule(static)
-    for (int block = 0; block < elements.hinge_corner_blocks(); ++block) {
-      const Parts<floatv, 4> parts = parts_of_hinges(elements, block, fold_of_hinges(elements, records, block));
-      for (int c = 0; c < 4; ++c)
-        add_under_locks(elements.hinge_corner.vector(block, c), parts.of[c], elements.hinges - lanes * block, locks,
-                        force);
-    }
+    for (int block = 0; block < elements.facet_blocks(); ++block)
+      for (int c = 0; c < 3; ++c) {
+        const std::size_t place = corner_place(block, c);
+        const Vector3<floatv> normals = load_sixteen(&state.normals[facet_records(block)]);
+        add_under_locks(&elements.facet_corner[place], load(&state.pushes[place]) * normals,
+                        elements.facets - lanes * block, locks, force);
+      }
   }
 }
 
 namespace {
-
-// An element and one of its corners in each of sixteen lanes.
-struct Corners16 {
-  std::int32_t element[lanes], corner[lanes];
-};
 
 // Fields of elements, and the positions of their corners.
 template <class Index>
@@ -206,7 +206,7 @@ LOCKSTEP_INLINE Vector3<floatv> corner_of(const Blocked<std::int32_t>& corners, 
   return load_records_at(records, vertex);
 }
 
-// The parts of sixteen membranes, and of sixteen hinges; vertex[c]: their corners.
+// The parts of sixteen membranes; vertex[c]: their corners.
 template <class Index>
 Parts<floatv, 3> parts_of_membranes_at(const Elements<Real>& elements, const Index& element, const Real* records,
                                        std::int32_t (*vertex)[lanes]) {
@@ -216,48 +216,37 @@ Parts<floatv, 3> parts_of_membranes_at(const Elements<Real>& elements, const Ind
       membrane_of<floatv>(elements, [&](const Blocked<Real>& array, int k) { return field_of(array, element, k); });
   return parts_of_membrane(m, stress_of_membrane(elements, deformation_of(m, x1 - x0, x2 - x0)));
 }
-template <class Index>
-Parts<floatv, 4> parts_of_hinges_at(const Elements<Real>& elements, const Index& element, const Real* records,
-                                    std::int32_t (*vertex)[lanes]) {
-  const auto x = [&](int c) { return corner_of(elements.hinge_corner, element, c, records, vertex[c]); };
-  const Vector3<floatv> x0 = x(0), x1 = x(1), x2 = x(2), x3 = x(3);
-  return parts_of_hinge(floatv(elements.hinge_stiffness), field_of(elements.hinge, element, 0),
-                        fold_of(x0, x1, x2, x3));
-}
-
-// The part of each lane's corner where `mask` is active, else 0.
-template <int corners>
-LOCKSTEP_INLINE Vector3<floatv> part_of(const Parts<floatv, corners>& parts, const std::int32_t* corner, maskv mask) {
-  Vector3<floatv> part = {0.f, 0.f, 0.f};
-  for (int c = 0; c < corners; ++c) part = select(mask & (load(corner) == c), parts.of[c], part);
-  return part;
-}
-
-// Finds element and corner of each lane's record, and returns which are among records first .. last - 1, of elements
-// with `corners` corners. Other lanes get element 0.
-template <int corners>
-maskv elements_of(const std::int32_t* record, int first, int last, Corners16& at) {
-  const intv r = load(record);
-  const maskv are_meant = (r >= first) & (r < last);
-  for (int l = 0; l < lanes; ++l) {
-    const int k = record[l] >= first && record[l] < last ? record[l] - first : 0;
-    at.element[l] = k / (corners * lanes) * lanes + k % lanes, at.corner[l] = k / lanes % corners;
-  }
-  return are_meant;
-}
-
 // Adds up what the membranes and hinges at a slice's vertices give to them.
-Vector3<floatv> add_elements(const Elements<Real>& elements, const Real* records, int slice, Vector3<floatv> sum) {
-  const int first = 3 * lanes * elements.membrane_corner_blocks(), last = elements.last_record();
-  std::int32_t vertex[4][lanes];
-  for (int item = elements.parts_at.first[slice]; item < elements.parts_at.first[slice + 1]; ++item) {
-    const std::int32_t* const record = &elements.parts_at.at[lanes * static_cast<std::size_t>(item)];
-    Corners16 at;
-    if (const maskv are_meant = elements_of<3>(record, 0, first, at); any(are_meant))
-      sum = sum + part_of(parts_of_membranes_at(elements, at.element, records, vertex), at.corner, are_meant);
-    if (const maskv are_meant = elements_of<4>(record, first, last, at); any(are_meant))
-      sum = sum + part_of(parts_of_hinges_at(elements, at.element, records, vertex), at.corner, are_meant);
-  }
+Vector3<floatv> add_elements(const Elements<Real>& elements, const State<Real>& state, int slice, Vector3<floatv> sum) {
+  const auto for_each_corner = [&](const auto& f) {
+    for (int item = elements.corners_at.first[slice]; item < elements.corners_at.first[slice + 1]; ++item) {
+      // What fills up has the last place, and is as triangle 0, which is not meant.
+      const std::size_t k = lanes * static_cast<std::size_t>(item);
+      const maskv are_meant = load(&elements.corners_at.at[k]) < elements.last_place();
+      AtPlaces at;
+      std::int32_t corner[lanes];
+      for (int l = 0; l < lanes; ++l) {
+        const int own = elements.corners_at.at[k + l] < elements.last_place() ? elements.corners_at.at[k + l] : 0;
+        corner[l] = own / lanes % 3;
+        for (int c = 0; c < 3; ++c) at.place[c][l] = own + lanes * (c - corner[l]);
+      }
+      f(&elements.facet_at[k], at, load(corner), are_meant);
+    }
+  };
+  if (elements.membranes > 0)
+    for_each_corner([&](const std::int32_t* membrane, const AtPlaces&, intv corner, maskv are_meant) {
+      std::int32_t vertex[3][lanes];
+      const Parts<floatv, 3> parts = parts_of_membranes_at(elements, membrane, state.records.data(), vertex);
+      const Vector3<floatv> part = select(corner == 0, parts.of[0], select(corner == 1, parts.of[1], parts.of[2]));
+      sum = sum + select(are_meant, part, Vector3<floatv>{0.f, 0.f, 0.f});
+    });
+  if (elements.facets > 0)
+    for_each_corner([&](const std::int32_t* facet, const AtPlaces& at, intv corner, maskv are_meant) {
+      const Quads own = load_quads(state.normals.data(), facet);
+      const Sides<floatv> all = pushes_of_facets(elements, state, own, at, [](int, floatv) {});
+      const floatv push = select(corner == 0, all.of[0], select(corner == 1, all.of[1], all.of[2]));
+      sum = sum + select(are_meant, push, floatv(0.f)) * normals_of(own);
+    });
   return sum;
 }
 
@@ -292,12 +281,13 @@ void forces_recompute(const Elements<Real>& elements, const Vectors<Real>& posit
 #pragma omp parallel
     {
       pack(elements, position, state.records);
+      set_facets(elements, state);
       // A slice writes its own vertices' forces, and the directions of its own links.
 #pragma omp for schedule(static)
       for (int slice = 0; slice < elements.slices(); ++slice) {
         const Vector3<floatv> sum =
             add_links<decltype(springs), decltype(bending)>(elements, state.records.data(), slice, state);
-        store(f, lanes * slice, add_elements(elements, state.records.data(), slice, sum),
+        store(f, lanes * slice, add_elements(elements, state, slice, sum),
               first_lanes(elements.vertices - lanes * slice));
       }
     }
@@ -305,14 +295,15 @@ void forces_recompute(const Elements<Real>& elements, const Vectors<Real>& posit
 }
 
 void forces_colours(const Elements<Real>& elements, const Colours& colours, const Vectors<Real>& position,
-                    Vectors<Real>& force) {
-  Array<Real> room = make_records(elements), sums = make_records(elements);
-  const Real* const records = room.data();
+                    State<Real>& state, Vectors<Real>& force) {
+  Array<Real> sums = make_records(elements);
+  const Real* const records = state.records.data();
   Real* const sum = sums.data();
   const Vector3<Real*> f = pointers(force);
 #pragma omp parallel
   {
-    pack(elements, position, room);
+    pack(elements, position, state.records);
+    set_facets(elements, state), store_pushes(elements, state);
     for_each_colour(colours.links, [&](const std::int32_t* link, maskv inside) {
       const intv k = load(link);
       std::int32_t from[lanes], to[lanes];
@@ -329,16 +320,25 @@ void forces_colours(const Elements<Real>& elements, const Colours& colours, cons
       }
       add_at(sum, from, part, inside), add_at(sum, to, -part, inside);
     });
-    for_each_colour(colours.membranes, [&](const std::int32_t* membrane, maskv inside) {
-      std::int32_t vertex[3][lanes];
-      const Parts<floatv, 3> parts = parts_of_membranes_at(elements, membrane, records, vertex);
-      for (int c = 0; c < 3; ++c) add_at(sum, vertex[c], parts.of[c], inside);
-    });
-    for_each_colour(colours.hinges, [&](const std::int32_t* hinge, maskv inside) {
-      std::int32_t vertex[4][lanes];
-      const Parts<floatv, 4> parts = parts_of_hinges_at(elements, hinge, records, vertex);
-      for (int c = 0; c < 4; ++c) add_at(sum, vertex[c], parts.of[c], inside);
-    });
+    if (elements.membranes > 0)
+      for_each_colour(colours.triangles, [&](const std::int32_t* membrane, maskv inside) {
+        std::int32_t vertex[3][lanes];
+        const Parts<floatv, 3> parts = parts_of_membranes_at(elements, membrane, records, vertex);
+        for (int c = 0; c < 3; ++c) add_at(sum, vertex[c], parts.of[c], inside);
+      });
+    if (elements.facets > 0) {
+      // Pushes of other threads' blocks are read below.
+#pragma omp barrier
+      for_each_colour(colours.triangles, [&](const std::int32_t* facet, maskv inside) {
+        const Vector3<floatv> normals = load_records_at(state.normals.data(), facet);
+        for (int c = 0; c < 3; ++c) {
+          std::int32_t place[lanes], vertex[lanes];
+          for (int l = 0; l < lanes; ++l) place[l] = elements.place_of(facet[l], c);
+          for (int l = 0; l < lanes; ++l) vertex[l] = elements.facet_corner[place[l]];
+          add_at(sum, vertex, load_at(state.pushes, place) * normals, inside);
+        }
+      });
+    }
     // A slice writes its own vertices' forces.
 #pragma omp for schedule(static)
     for (int slice = 0; slice < elements.slices(); ++slice)

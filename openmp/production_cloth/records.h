@@ -22,20 +22,19 @@ LOCKSTEP_INLINE floatv load_at(std::span<const float> from, const std::int32_t* 
   for (int l = 0; l < lanes; ++l) of_lanes[l] = from[place[l]];
   return load(of_lanes);
 }
-LOCKSTEP_INLINE void store_at(std::span<float> to, const std::int32_t* place, floatv value) {
-  float of_lanes[lanes];
-  store(of_lanes, value);
-  for (int l = 0; l < lanes; ++l) to[place[l]] = of_lanes[l];
-}
 
 // Sixteen records one after another.
-LOCKSTEP_INLINE void store_sixteen(float* to, const Vector3<floatv>& v) {
+LOCKSTEP_INLINE void store_sixteen(float* to, const Vector3<floatv>& v, floatv fourth = 0.f) {
   static constexpr std::int32_t consecutive[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-  store_quads(to, consecutive, {{v.x, v.y, v.z, floatv(0.f)}}, lanes_of(0xffff));
+  store_quads(to, consecutive, {{v.x, v.y, v.z, fourth}}, lanes_of(0xffff));
+}
+LOCKSTEP_INLINE Quads load_sixteen_quads(const float* from) {
+  static constexpr std::int32_t consecutive[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  return load_quads(from, consecutive);
 }
 LOCKSTEP_INLINE Vector3<floatv> load_sixteen(const float* from) {
-  static constexpr std::int32_t consecutive[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-  return load_records_at(from, consecutive);
+  const Quads quads = load_sixteen_quads(from);
+  return {quads.field[0], quads.field[1], quads.field[2]};
 }
 
 // Corner c of a block's elements is record 16 c and the fifteen behind it.
@@ -45,10 +44,10 @@ LOCKSTEP_INLINE void store_parts(const Parts<floatv, corners>& parts, float* rec
 }
 
 // Adds up the parts of a slice's vertices, in their order.
-LOCKSTEP_INLINE Vector3<floatv> add_parts(const Slices& parts_at, const float* records, int slice,
+LOCKSTEP_INLINE Vector3<floatv> add_parts(const Slices& corners_at, const float* records, int slice,
                                           Vector3<floatv> sum) {
-  for (int item = parts_at.first[slice]; item < parts_at.first[slice + 1]; ++item)
-    sum = sum + load_records_at(records, &parts_at.at[lanes * static_cast<std::size_t>(item)]);
+  for (int item = corners_at.first[slice]; item < corners_at.first[slice + 1]; ++item)
+    sum = sum + load_records_at(records, &corners_at.at[lanes * static_cast<std::size_t>(item)]);
   return sum;
 }
 
@@ -60,22 +59,15 @@ LOCKSTEP_INLINE void store_fields(Blocked<float>& array, int block, int field, c
   store(array.vector(block, field + 2), v.z);
 }
 
-// Where a block's triangles have what they have for corner c, or for the side opposite to it.
-inline std::size_t corner_place(int block, int c) { return lanes * (3 * static_cast<std::size_t>(block) + c); }
-LOCKSTEP_INLINE Vector3<floatv> facet_corners(const Elements<float>& elements, std::span<const float> records,
-                                              int block, int c) {
-  return load_records_at(records.data(), &elements.facet_corner[corner_place(block, c)]);
-}
-
-// Where the parts of a block's elements begin.
+// Where the parts of a block's membranes begin.
 inline std::size_t membrane_parts(int block) { return 4 * lanes * 3 * static_cast<std::size_t>(block); }
-inline std::size_t hinge_parts(const Elements<float>& elements, int block) {
-  return membrane_parts(elements.membrane_corner_blocks()) + 4 * lanes * 4 * static_cast<std::size_t>(block);
-}
 
-// Room for them; the last record is 0.
+// Room for them, and for pushes; the last is 0.
 inline Array<float> make_parts(const Elements<float>& elements) {
-  return Array<float>(4 * static_cast<std::size_t>(elements.last_record() + 1));
+  return Array<float>(elements.membranes > 0 ? 4 * static_cast<std::size_t>(elements.last_place() + 1) : 0);
+}
+inline Array<float> make_pushes(const Elements<float>& elements) {
+  return Array<float>(elements.facets > 0 ? static_cast<std::size_t>(elements.last_place() + 1) : 0);
 }
 inline Array<float> make_records(const Elements<float>& elements) {
   return Array<float>(4 * lanes * static_cast<std::size_t>(elements.slices()));

@@ -68,7 +68,8 @@ void set_rates(const Elements<Real>& elements, const State<Real>& state, std::sp
                std::span<Real> rates) {
   for (int t = 0; t < elements.facets; ++t) {
     const auto corner = [&](int c) { return record(v, elements.facet_corner[elements.place_of(t, c)]); };
-    const Sides<Real> rate = rates_of_facet(state.facets[t], corner(0), corner(1), corner(2));
+    const Sides<Real> rate =
+        rates_of_facet(state.facets[t].normal, state.facets[t].at, corner(0), corner(1), corner(2));
     for (int c = 0; c < 3; ++c) rates[elements.place_of(t, c)] = rate.of[c];
   }
 }

@@ -59,11 +59,22 @@ ForceSums sums_of(const Elements<float>& e, const Vectors<float>& x) {
     const auto parts = parts_of_membrane(m, stress_of_membrane(e, f));
     for (int c = 0; c < 3; ++c) sums.add(corner(c), parts.of[c]);
   }
-  for (int h = 0; h < e.hinges; ++h) {
-    const auto corner = [&](int c) { return e.hinge_corner.at(h, c); };
-    const auto fold = fold_of(load(x, corner(0)), load(x, corner(1)), load(x, corner(2)), load(x, corner(3)));
-    const auto parts = parts_of_hinge(e.hinge_stiffness, e.hinge.at(h, 0), fold);
-    for (int c = 0; c < 4; ++c) sums.add(corner(c), parts.of[c]);
+  const auto corner = [&](int t, int c) { return e.facet_corner[e.place_of(t, c)]; };
+  const auto facet = [&](int t) {
+    return facet_of(load(x, corner(t, 0)), load(x, corner(t, 1)), load(x, corner(t, 2)));
+  };
+  for (int t = 0; t < e.facets; ++t) {
+    const Facet<float> own = facet(t);
+    const auto torque = [&](int c) {
+      const int side = e.place_of(t, c);
+      const Facet<float> beside = facet(e.facet_beside[side]);
+      return resistance_of_hinge(e.hinge_stiffness, e.rest_sine_at[side], e.root_of_damping_at[side], own.normal,
+                                 own.size, beside.normal, beside.size,
+                                 load(x, corner(t, (c + 2) % 3)) - load(x, corner(t, (c + 1) % 3)))
+          .torque;
+    };
+    const Sides<float> push = pushes_of_facet(own.at, {torque(0), torque(1), torque(2)});
+    for (int c = 0; c < 3; ++c) sums.add(corner(t, c), push.of[c] * own.normal);
   }
   return sums;
 }
@@ -85,13 +96,13 @@ Judgement within_rounding(const ForceSums& sums, const ForceState& openmp, const
   return judgement;
 }
 
-// A link reads two positions and at most four numbers, and writes three; a membrane and a hinge read their corners, and
-// 7 and 6 numbers, and write 6 and 12. The operations: about 30, 110 and 180.
+// A link reads two positions and at most four numbers, and writes three; a membrane and a folding triangle read their
+// corners, and 7 and 9 numbers, and write 6 and 13. The operations: about 30, 110 and 200.
 Work work_of(const Elements<float>& e) {
   const double edges = std::max({e.edges, e.hinges, e.membranes * 3 / 2});
   return {edges, "edges",
-          4 * (7. * e.edges + 3. * (e.links - e.edges) + 13. * e.membranes + 18. * e.hinges + 6. * e.vertices),
-          30. * e.edges + 9. * (e.links - e.edges) + 110. * e.membranes + 180. * e.hinges,
+          4 * (7. * e.edges + 3. * (e.links - e.edges) + 13. * e.membranes + 25. * e.facets + 6. * e.vertices),
+          30. * e.edges + 9. * (e.links - e.edges) + 110. * e.membranes + 200. * e.facets,
           2. * e.links / std::max<double>(1, e.edges_at.at.size() + e.far_at.at.size())};
 }
 
@@ -116,7 +127,7 @@ Case make(const std::string& path, How how) {
     production_cloth::serial::forces(*elements, *position, *serial_state, s.force);
   };
   const auto in_colours = [=](ForceState& s) {
-    production_cloth::serial::forces_colours(*elements, *colours, *position, s.force);
+    production_cloth::serial::forces_colours(*elements, *colours, *position, *serial_state, s.force);
   };
   using Run = std::function<void(ForceState&)>;
   return make_case<ForceState>({
@@ -128,8 +139,8 @@ Case make(const std::string& path, How how) {
             using namespace production_cloth::openmp;
             if (how == How::gather) forces(*elements, *position, *openmp_state, s.force);
             if (how == How::recompute) forces_recompute(*elements, *position, *openmp_state, s.force);
-            if (how == How::colours) forces_colours(*elements, *colours, *position, s.force);
-            if (how == How::locks) forces_locks(*elements, *position, s.force);
+            if (how == How::colours) forces_colours(*elements, *colours, *position, *openmp_state, s.force);
+            if (how == How::locks) forces_locks(*elements, *position, *openmp_state, s.force);
           },
       .compare = locks ? bounded : std::function<Judgement(const ForceState&, const ForceState&)>(),
       .work = work_of(*elements),

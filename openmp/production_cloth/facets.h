@@ -1,0 +1,74 @@
+// Folding triangles, sixteen at once; and what they push with, which vertices then add up.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "openmp/production_cloth/records.h"
+
+namespace lockstep::production_cloth::openmp {
+
+// Where a block's triangles have what they have for corner c, or for the side opposite to it.
+inline std::size_t corner_place(int block, int c) { return lanes * (3 * static_cast<std::size_t>(block) + c); }
+
+// Where a block's records of a normal and a size begin.
+inline std::size_t facet_records(int block) { return 4 * lanes * static_cast<std::size_t>(block); }
+
+LOCKSTEP_INLINE Vector3<floatv> facet_corners(const Elements<float>& elements, std::span<const float> records,
+                                              int block, int c) {
+  return load_records_at(records.data(), &elements.facet_corner[corner_place(block, c)]);
+}
+
+LOCKSTEP_INLINE Vector3<floatv> normals_of(const Quads& facets) {
+  return {facets.field[0], facets.field[1], facets.field[2]};
+}
+
+// Where lanes find what a block's triangles have for corner c.
+struct OfBlock {
+  int block;
+  floatv numbers(std::span<const float> from, int c) const { return load(&from[corner_place(block, c)]); }
+  const std::int32_t* indices(std::span<const std::int32_t> from, int c) const { return &from[corner_place(block, c)]; }
+};
+
+// A triangle's three places, in each of sixteen lanes.
+struct AtPlaces {
+  std::int32_t place[3][lanes];
+  floatv numbers(std::span<const float> from, int c) const { return load_at(from, place[c]); }
+  std::array<std::int32_t, lanes> indices(std::span<const std::int32_t> from, int c) const {
+    std::array<std::int32_t, lanes> of_lanes;
+    for (int l = 0; l < lanes; ++l) of_lanes[l] = from[place[c][l]];
+    return of_lanes;
+  }
+};
+
+// What sixteen triangles push their corners with; keep(c, resistance) is called for side c. own: normals and sizes.
+template <class At, class Keep>
+LOCKSTEP_INLINE Sides<floatv> pushes_of_facets(const Elements<float>& elements, const State<float>& state,
+                                               const Quads& own, const At& at, const Keep& keep) {
+  const auto x = [&](int c) { return load_records_at(state.records.data(), &at.indices(elements.facet_corner, c)[0]); };
+  const Vector3<floatv> x0 = x(0), x1 = x(1), x2 = x(2);
+  const auto torque = [&](int c, const Vector3<floatv>& e) {
+    const Quads beside = load_quads(state.normals.data(), &at.indices(elements.facet_beside, c)[0]);
+    const Resistance<floatv> hinge =
+        resistance_of_hinge(floatv(elements.hinge_stiffness), at.numbers(elements.rest_sine_at, c),
+                            at.numbers(elements.root_of_damping_at, c), normals_of(own), own.field[3],
+                            normals_of(beside), beside.field[3], e);
+    keep(c, hinge.of_rate);
+    return hinge.torque;
+  };
+  const floatv cotangents[] = {at.numbers(state.cotangents, 0), at.numbers(state.cotangents, 1),
+                               at.numbers(state.cotangents, 2)};
+  return pushes_of_facet(cotangents, {torque(0, x2 - x1), torque(1, x0 - x2), torque(2, x1 - x0)});
+}
+
+// Adds up what triangles push a slice's vertices with, in their order. pushes: by place.
+LOCKSTEP_INLINE Vector3<floatv> add_pushes(const Elements<float>& elements, const State<float>& state,
+                                           std::span<const float> pushes, int slice, Vector3<floatv> sum) {
+  const Slices& at = elements.corners_at;
+  for (std::size_t k = at.first[slice]; k < std::size_t(at.first[slice + 1]); ++k)
+    sum =
+        sum + load_at(pushes, &at.at[lanes * k]) * load_records_at(state.normals.data(), &elements.facet_at[lanes * k]);
+  return sum;
+}
+
+}  // namespace lockstep::production_cloth::openmp
