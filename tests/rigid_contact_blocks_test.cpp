@@ -95,6 +95,7 @@ TEST(ContactBlocks, OfALatticeTakeMostContactsInTheFirstRound) {
   expect_blocks(p, blocks);
   ASSERT_EQ(blocks.rounds[1], most_blocks);
   // A block of 216 bodies, as a cube of six, has 3 * 6^2 of its 3 * 6^3 contacts across its lower borders: a sixth.
+  // Pieces of the curve are less compact than cubes, so more may cross.
   const int within = blocks.groups[blocks.blocks[blocks.rounds[1]]];
   EXPECT_GT(within, .75 * static_cast<double>(p.manifolds.size()));
 }

@@ -73,8 +73,8 @@ def here(rows):
         "Settled scenes, one step. Above: speed-up over the scalar serial solver in the original order, by lanes"
         " and threads together; this is the paper's measure. Middle: speed-up over the same code on one core, by"
         " threads alone. The original order runs in parallel as far as its dependences allow, and keeps its bits."
-        " Batches, and blocks of space, include the time to make them. Below: contacts in each batch; a vector holds sixteen. Times are the"
-        " least disturbed of the repeats."
+        " Batches, and blocks of space, include the time to make them. Below: contacts in each batch; a vector holds"
+        " sixteen. Times are the least disturbed of the repeats."
     ]
     for scene in scenes_of(rows):
         batches = source.at(rows, scene=scene, form="batches", kind="modelled", cores=most)

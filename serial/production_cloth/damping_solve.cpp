@@ -2,8 +2,8 @@
 //
 // Damping resists the change of each element's shape, along the directions that `forces` has left. A product goes
 // through the elements and adds to their corners what they resist with. Hinges are damped triangle by triangle: first
-// how fast each turns about its sides, then what that gives to its three corners. Hinges have four, and there
-// are three of them to two triangles.
+// how fast each triangle turns about its sides, then what its three corners get from that. This takes less than hinge
+// by hinge: a hinge has four corners, and a cloth has three hinges to two triangles.
 //
 // At the time steps that explicit elastic forces allow, mass is most of the system. It is also the only part of the
 // diagonal that is known without going through the elements: so it is the preconditioner.

@@ -60,8 +60,8 @@ std::shared_ptr<const DampingInputs> damping_inputs(const std::string& path) {
 
 // An iteration multiplies by D, takes three dot products and updates three vectors of four numbers a vertex. Of what it
 // reads and writes, elements apart: the product two, p . q two, precondition three, r . z two, x and p five, r three;
-// these are five vectors. A link takes about 20 operations, a membrane 90, a folding
-// triangle 60, a vertex 50.
+// these are five vectors. A link takes about 20 operations, a membrane 90, a
+// folding triangle 60, a vertex 50.
 Work work_of(const DampingInputs& in, int iterations) {
   const Elements<float>& e = *in.elements;
   const double elements = 4 * (5. * e.edges + 2. * (e.links - e.edges) + 13. * e.membranes + 15. * e.facets),
