@@ -10,6 +10,11 @@ namespace lockstep {
 
 inline constexpr std::size_t array_alignment = 64;  // one cache line, one AVX-512 vector
 
+// If set, each new block of at least `large_block` bytes goes through it, before its first use: who first writes to a
+// page decides which node of a machine's memory it is on. Set and read outside parallel regions.
+inline constexpr std::size_t large_block = 1 << 20;
+inline void (*on_large_block)(char* block, std::size_t bytes) = nullptr;
+
 // The system places large blocks at page boundaries. If twenty arrays of particles all began there, their elements of
 // one index would compete for the same few sets of the first-level cache (rebuild_grid took 28 % of a frame of 100K
 // particles; it takes 6 %). So each block begins some cache lines further into its page than the block before.
@@ -23,8 +28,9 @@ struct AlignedAllocator {
   T* allocate(std::size_t n) {
     static std::atomic<std::size_t> blocks = 0;
     const std::size_t lines_in = 1 + 3 * blocks++ % 61;
-    char* block = static_cast<char*>(
-        ::operator new (lines_in* array_alignment + n * sizeof(T), std::align_val_t{array_alignment}));
+    const std::size_t bytes = lines_in * array_alignment + n * sizeof(T);
+    char* block = static_cast<char*>(::operator new (bytes, std::align_val_t{array_alignment}));
+    if (on_large_block && bytes >= large_block) on_large_block(block, bytes);
     void** array = reinterpret_cast<void**>(block + lines_in * array_alignment);
     array[-1] = block;  // for deallocate
     return reinterpret_cast<T*>(array);

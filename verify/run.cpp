@@ -27,6 +27,7 @@
 #include "verify/held_team.h"
 #include "verify/names.h"
 #include "verify/options.h"
+#include "verify/pages.h"
 #include "verify/program.h"
 #include "verify/simulation.h"
 #include "verify/team.h"
@@ -116,7 +117,10 @@ class Stepper {
 };
 
 int run_frames(const RunOptions& options) {
-  const Simulation simulation = make_simulation(options);
+  const Simulation simulation = [&] {
+    const PagesOfTeam near(options.threads > 0 ? options.threads : omp_get_max_threads());
+    return make_simulation(options);
+  }();
   const int frames = options.frames > 0 ? options.frames : simulation.frames;
   const bool one_file = wants_one_file(options.out, simulation.state_formats),
              keeps_state = !one_file && !simulation.state.empty();

@@ -16,6 +16,7 @@
 #include "verify/busy.h"
 #include "verify/costs.h"
 #include "verify/held_team.h"
+#include "verify/pages.h"
 #include "verify/report.h"
 #include "verify/samples.h"
 #include "verify/selection.h"
@@ -218,7 +219,10 @@ int scale(const ScaleOptions& options) {
                         what = kernel.name + " " + kernel.form + " on " + scene;
       const std::string when = ", pass " + std::to_string(pass + 1) + " of " + std::to_string(passes);
       progress(what + when);
-      const Case run = kernel.make(scene_path);
+      const Case run = [&] {
+        const PagesOfTeam near(std::min(std::ranges::max(options.cores), omp_get_num_procs()));
+        return kernel.make(scene_path);
+      }();
       for (const std::size_t c : missing) {
         const int cores = options.cores[c];
         progress(what + ", " + std::to_string(cores) + " cores" + when);
