@@ -160,10 +160,10 @@ bool touch(const Unit& a, const Unit& b) {
 }
 
 // Passes as relaxation has them: between rows one or two apart, in halves or all at once, and within rows.
-Units some_units(int rows, bool halves) {
+Units some_units(int rows, bool halves, const std::vector<int>& downs = {1, 2, 0, 1}) {
   Units units;
   int pass = 0;
-  for (const int down : {1, 2, 0, 1})
+  for (const int down : downs)
     for (int half = 0; half < 2; ++half, ++pass)
       for (int r = 0; r + down < rows; ++r)
         if (!halves || down == 0 || r / down % 2 == half) units.push_back({pass, r, r + down + 1, std::max(down, 1)});
@@ -190,7 +190,7 @@ TEST(ClothSchedule, BandsAndSeamsKeepTheOrderOfThePasses) {
   for (const int rows : {1, 2, 7, 40, 90})
     for (const int bands : {1, 2, 5}) {
       const Units units = some_units(rows, true);
-      const Bands cut = cut_into_bands(units, rows, 8, bands);
+      const Bands cut = cut_into_bands(units, rows, 4, bands);
       for (const auto* parts : {&cut.bands, &cut.seams})
         for (std::size_t i = 0; i < parts->size(); ++i)
           for (std::size_t j = 0; j < i; ++j)
@@ -201,7 +201,15 @@ TEST(ClothSchedule, BandsAndSeamsKeepTheOrderOfThePasses) {
         for (const Units& part : *parts) sequence.insert(sequence.end(), part.begin(), part.end());
       expect_in_order(units, sequence);
     }
-  EXPECT_GT(cut_into_bands(some_units(90, true), 90, 8, 5).bands.size(), 1u);
+  EXPECT_GT(cut_into_bands(some_units(90, true), 90, 4, 5).bands.size(), 1u);
+}
+
+// Structure, bending and two diagonals down the sheet: beside the best cuts 14 rows wait, so one in sixteen is cut.
+TEST(ClothSchedule, SixtyFourBandsFindRoomOnASheetOf1024Rows) {
+  const Units units = some_units(1024, true, {1, 2, 0, 0, 1, 1});
+  EXPECT_EQ(seam_around(514, units, 1024).height(), 14);
+  EXPECT_GT(seam_around(512, units, 1024).height(), 16);
+  EXPECT_EQ(cut_into_bands(units, 1024, 4, 64).bands.size(), 64u);
 }
 
 TEST(ClothSchedule, StagesKeepTheOrderOfPassesAndIterations) {

@@ -19,6 +19,7 @@
 #include "common/cloth/relax.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -84,13 +85,14 @@ const Bands& bands_of_colours(int rows, const std::vector<Family<Real>>& familie
   if (kept.rows == rows && kept.threads == threads && kept.downs == downs) return kept.bands;
 
   Units units;
-  const int passes = 2 * static_cast<int>(families.size());
-  for (int pass = 0; pass < passes; ++pass) {
+  int period = 1;  // rows
+  for (const int down : downs) period = std::lcm(period, 2 * std::max(down, 1));
+  for (int pass = 0; pass < 2 * static_cast<int>(families.size()); ++pass) {
     const int down = downs[pass / 2], colour = pass % 2;
     for (int r = 0; r + down < rows; ++r)
       if (down == 0 || r / down % 2 == colour) units.push_back({pass, r, r + down + 1, std::max(down, 1)});
   }
-  Bands bands = cut_into_bands(units, rows, passes, threads);
+  Bands bands = cut_into_bands(units, rows, period, threads);
   kept = {rows, threads, std::move(downs), std::move(bands)};
   return kept.bands;
 }

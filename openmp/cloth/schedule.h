@@ -56,37 +56,58 @@ inline Units in_sweep_order(const Units& units, int rows) {
   return sweep;
 }
 
+// The rows that wait around a cut: first what crosses it, then what later passes do on those rows.
+struct Seam {
+  int begin, end;  // rows begin .. end - 1
+  int height() const { return end - begin; }
+};
+inline Seam seam_around(int cut, const Units& units, int rows) {
+  Seam seam = {cut, cut};
+  std::vector<char> held_up(rows, false);
+  for (const auto& [pass, begin, end, step] : units) {
+    bool waits = begin < cut && cut < end;
+    for (int r = begin; r < end; r += step) waits |= held_up[r];
+    if (!waits) continue;
+    for (int r = begin; r < end; r += step) held_up[r] = true;
+    seam = {std::min(seam.begin, begin), std::max(seam.end, end)};
+  }
+  return seam;
+}
+
 // For passes whose units touch different rows each: every thread sweeps a band of rows of its own. First, in all bands
 // at once, comes what needs no row beyond the band; then what is left, the seams around the cuts. Each pass makes a
-// seam wider by the rows that one of its units spans.
+// seam wider by the rows that one of its units spans, or not at all where a unit ends with the seam.
 struct Bands {
   std::vector<Units> bands;  // in order each; no two bands touch the same row
   std::vector<Units> seams;  // after all bands; in order each, and no two seams touch the same row
 };
 
-inline Bands cut_into_bands(const Units& units, int rows, int passes, int most_bands) {
-  std::vector<int> span(passes, 0);  // rows by which a pass widens a seam, up and down
-  for (const Unit& unit : units) span[unit.pass] = std::max(span[unit.pass], unit.end - unit.begin - 1);
-  const int reach = std::max(std::accumulate(span.begin(), span.end(), 0), 1);
-  const int bands = std::clamp(rows / (2 * reach), 1, most_bands);
-  const std::vector<int> cut = cut_rows(rows, bands);
+// Units repeat every `period` rows. There are as many bands as seams have room, and at most `most_bands`.
+inline Bands cut_into_bands(const Units& units, int rows, int period, int most_bands) {
+  // Where in the period a cut is decides how high its seam is.
+  int best = rows / 2;
+  Seam least = seam_around(best, units, rows);
+  for (int cut = best + 1; cut < std::min(best + period, rows); ++cut)
+    if (const Seam seam = seam_around(cut, units, rows); seam.height() < least.height()) best = cut, least = seam;
+  const int place = best % period, apart = std::max((least.height() + period - 1) / period, 1) * period;
+  const int bands = std::clamp(rows / apart, 1, most_bands);
+  std::vector<int> cut = cut_rows(rows, bands);
+  for (int k = 1; k < bands; ++k) cut[k] = cut[k] / period * period + place;
 
   Bands shared{.bands = std::vector<Units>(bands), .seams = std::vector<Units>(bands)};
-  std::vector<char> held_up(rows, false);  // whether an earlier unit on this row is left to a seam
+  constexpr int none = -1;
+  std::vector<int> held_up_by(rows, none);  // [row]: the seam that an earlier unit on it is left to
   for (const Unit& unit : units) {
     const auto [pass, begin, end, step] = unit;
     const int band = band_of(cut, begin);
-    const bool across = band != band_of(cut, end - 1);
-    bool waits = across;
-    for (int r = begin; r < end; r += step) waits |= held_up[r];
-    if (!waits) {
+    int seam = band != band_of(cut, end - 1) ? band : none;
+    for (int r = begin; r < end; r += step) seam = std::max(seam, held_up_by[r]);
+    if (seam == none) {
       shared.bands[band].push_back(unit);
       continue;
     }
-    for (int r = begin; r < end; r += step) held_up[r] = true;
-    const bool below =
-        across || cut[band + 1] - begin <= begin - cut[band];  // the cut that it crosses, or the nearer one
-    shared.seams[below ? band : band - 1].push_back(unit);
+    for (int r = begin; r < end; r += step) held_up_by[r] = seam;
+    shared.seams[seam].push_back(unit);
   }
   for (Units& band : shared.bands) band = in_sweep_order(band, rows);
   return shared;
