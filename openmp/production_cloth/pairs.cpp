@@ -83,18 +83,17 @@ struct Reached {
     const int reached = std::exchange(count, 0);
     if (reached * tree_width > room) failure.guard([&] { make_room(reached * tree_width); });
     if (failure.happened()) return;
-    for (int k = 0; k < reached; ++k) {
-      const int child = nodes[k] * tree_width;
-      const Box<floatv> box_of_children = load_boxes(boxes, child);
-      add(overlap(box, box_of_children), child, box_of_children);
-    }
+    for (int k = 0; k < reached; ++k) add(box, nodes[k]);
     // What fills up the last sixteen overlaps nothing.
     store_boxes(boxes_of_elements, count, in_all_lanes(empty_box<Real>));
   }
 
-  LOCKSTEP_INLINE void add(maskv hit, int child, const Box<floatv>& box) {
+  LOCKSTEP_INLINE void add(const Box<floatv>& box, int node) {
+    const int child = node * tree_width;
+    const Box<floatv> box_of_child = load_boxes(boxes, child);
+    const maskv hit = overlap(box, box_of_child);
     store(&elements[count], compress(hit, lane_index() + child));
-    store_boxes(boxes_of_elements, count, compress(hit, box));
+    store_boxes(boxes_of_elements, count, compress(hit, box_of_child));
     for (std::size_t c = 0; c < n; ++c) store(&corners_of_elements[c][count], compress(hit, load(&corners[c][child])));
     count += lockstep::count(hit);
   }

@@ -33,20 +33,21 @@ struct Reached {
 
   // Adds the elements that overlap the box, of nodes from `from` on, below a node of a level.
   void descend(const Box<Real>& box, int from, int level, int node) {
+    if (level == 0) return add(box, node);
     for (int child = node * tree_width; child < (node + 1) * tree_width; ++child) {
-      const bool before = level > 0 && child < from >> 4 * (level - 1);
-      const Box<Real> box_of_child = boxes.box(levels.first[level] + child);
-      if (before || !overlap(box, box_of_child)) continue;
-      if (level > 0)
-        descend(box, from, level - 1, child);
-      else
-        add(child, box_of_child);
+      const bool before = child < from >> 4 * (level - 1);
+      if (!before && overlap(box, boxes.box(levels.first[level] + child))) descend(box, from, level - 1, child);
     }
   }
 
-  void add(int number, const Box<Real>& box) {
-    Element& element = elements.emplace_back(Element{box, number, {}});
-    for (std::size_t c = 0; c < n; ++c) element.corner[c] = corners[c][number];
+  void add(const Box<Real>& box, int node) {
+    for (int child = node * tree_width; child < (node + 1) * tree_width; ++child) {
+      const Box<Real> box_of_child = boxes.box(child);
+      if (!overlap(box, box_of_child)) continue;
+      std::array<int, n> corner;
+      for (std::size_t c = 0; c < n; ++c) corner[c] = corners[c][child];
+      elements.push_back({box_of_child, child, corner});
+    }
   }
 };
 
