@@ -29,6 +29,16 @@ namespace lockstep::spatial::openmp {
   if (list.failure->happened()) list.count = 0;
 }
 
+// Where the second elements of `more` pairs may be stored, and of sixteen behind them; null if there is no room. For who
+// knows the first elements; they are not stored.
+LOCKSTEP_INLINE std::int32_t* room_for(PairList& list, int more) {
+  while (list.count + more + lanes > static_cast<int>(list.b.size())) {
+    make_room(list);
+    if (list.failure->happened()) return nullptr;
+  }
+  return &list.b[list.count];
+}
+
 // Adds the pairs of the active lanes, without a branch a pair.
 LOCKSTEP_INLINE void add(PairList& list, maskv mask, intv a, intv b) {
   if (list.count + lanes > static_cast<int>(list.b.size())) make_room(list);
