@@ -1,0 +1,37 @@
+// The feet of a line's points, sixteen at a time.
+#pragma once
+
+#include <algorithm>
+
+#include "common/production_fluid/bricks.h"
+#include "common/simd.h"
+#include "common/vector3.h"
+#include "openmp/production_fluid/bricks.h"
+
+namespace lockstep::production_fluid::openmp {
+
+// Calls f(x, inside, foot) for sixteen points of a span at a time; `inside` marks those in the span, foot is what
+// foot_at(x) gave. The feet of up to eight vectors are found before f uses the first: each trace is a chain of
+// operations about as long as the processor's window, so that a foot which is used at once is waited for.
+template <class FootAt, class F>
+void for_each_foot_of_line(const Span& along_x, const FootAt& foot_at, const F& f) {
+  constexpr int together = 8;
+  for (int begin = along_x.begin; begin < along_x.end; begin += together * lanes) {
+    Vector3<floatv> foot[together];
+    const int end = std::min(begin + together * lanes, along_x.end);
+    for (int x = begin, k = 0; x < end; x += lanes, ++k) foot[k] = foot_at(first_of_full(x, along_x.end));
+    for (int next = begin, k = 0; next < end; next += lanes, ++k) {
+      const int x = first_of_full(next, along_x.end);
+      f(x, is_in(along_x, x + lane_index()), foot[k]);
+    }
+  }
+}
+
+// Prefetches a field where advection comes a row of bricks later; feet reach one line further than the row. Lines are
+// short and far apart in memory, so that the processor does not foresee them.
+LOCKSTEP_INLINE void prefetch_line(const Field<float>& field, int x, int y, int z) {
+  constexpr int lines_ahead = 5;
+  __builtin_prefetch(&field(x, std::min(y + lines_ahead, field.ny - 1), z));
+}
+
+}  // namespace lockstep::production_fluid::openmp
