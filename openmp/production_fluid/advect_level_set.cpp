@@ -77,9 +77,9 @@ void for_each_foot(const Bricks& bricks, const Field<Real>& phi, const Faces<Rea
 #pragma omp parallel for schedule(dynamic)
   for (int row = 0; row < bricks.rows(); ++row)
     bricks.for_each_span(phi, row, [&](const Span& along_x, int y, int z) {
-      const auto foot_at = [&](int x) {
-        for (const Field<Real>* field : {&faces.u, &faces.v, &faces.w}) prefetch_line(*field, x, y, z);
-        for (const Field<Real>* field : used) prefetch_line(*field, x, y, z);
+      const auto foot_at = [&, ahead = line_ahead(phi, y)](int x) {
+        for (const Field<Real>* field : {&faces.u, &faces.v, &faces.w}) __builtin_prefetch(&(*field)(x, ahead, z));
+        for (const Field<Real>* field : used) __builtin_prefetch(&(*field)(x, ahead, z));
         const Vector3<floatv> centre = {to_float(x + lane_index()) + first.x, to_float(y) + first.y,
                                         to_float(z) + first.z};
         return foot_of<Index>(centre, at_centre(faces, x, y, z), faces, cells);

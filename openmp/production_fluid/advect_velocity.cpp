@@ -72,8 +72,8 @@ void for_each_foot_of_row(const Bricks& bricks, int row, const Faces<Real>& face
                           std::initializer_list<const Faces<Real>*> used, const VelocityAt& velocity_at_face,
                           Component component, const Vector3<float>& first, const F& f) {
   bricks.for_each_span(faces.*component, row, [&](const Span& along_x, int y, int z) {
-    const auto foot_at = [&](int x) {
-      for (const Faces<Real>* field : used) prefetch_line(field->*component, x, y, z);
+    const auto foot_at = [&, ahead = line_ahead(faces.*component, y)](int x) {
+      for (const Faces<Real>* field : used) __builtin_prefetch(&(field->*component)(x, ahead, z));
       const Vector3<floatv> face = {to_float(x + lane_index()) + first.x, to_float(y) + first.y, to_float(z) + first.z};
       return foot_of<Index>(face, velocity_at_face(faces, x, y, z), faces, cells);
     };

@@ -14,7 +14,7 @@ namespace lockstep::production_fluid::openmp {
 // foot_at(x) gave. The feet of up to eight vectors are found before f uses the first: each trace is a chain of
 // operations about as long as the processor's window, so that a foot which is used at once is waited for.
 template <class FootAt, class F>
-void for_each_foot_of_line(const Span& along_x, const FootAt& foot_at, const F& f) {
+LOCKSTEP_INLINE void for_each_foot_of_line(const Span& along_x, const FootAt& foot_at, const F& f) {
   constexpr int together = 8;
   for (int begin = along_x.begin; begin < along_x.end; begin += together * lanes) {
     Vector3<floatv> foot[together];
@@ -27,11 +27,8 @@ void for_each_foot_of_line(const Span& along_x, const FootAt& foot_at, const F& 
   }
 }
 
-// Prefetches a field where advection comes a row of bricks later; feet reach one line further than the row. Lines are
-// short and far apart in memory, so that the processor does not foresee them.
-LOCKSTEP_INLINE void prefetch_line(const Field<float>& field, int x, int y, int z) {
-  constexpr int lines_ahead = 5;
-  __builtin_prefetch(&field(x, std::min(y + lines_ahead, field.ny - 1), z));
-}
+// The line of a field that advection comes to a row of bricks later; feet reach one line further than the row. Lines are
+// short and far apart in memory, so that the processor does not foresee them, and what is used is prefetched there.
+inline int line_ahead(const Field<float>& field, int y) { return std::min(y + 5, field.ny - 1); }
 
 }  // namespace lockstep::production_fluid::openmp
