@@ -11,8 +11,8 @@
 namespace lockstep::production_fluid::openmp {
 
 // Calls f(x, inside, foot) for sixteen points of a span at a time; `inside` marks those in the span, foot is what
-// foot_at(x) gave. The feet of up to eight vectors are found before f uses the first: each trace is a chain of
-// operations about as long as the processor's window, so that a foot which is used at once is waited for.
+// foot_at(x) gave. A trace has some 600 instructions that wait for one another, more than the processor looks ahead. So
+// the feet of up to eight vectors are found before f uses the first.
 template <class FootAt, class F>
 LOCKSTEP_INLINE void for_each_foot_of_line(const Span& along_x, const FootAt& foot_at, const F& f) {
   constexpr int together = 8;
@@ -27,8 +27,8 @@ LOCKSTEP_INLINE void for_each_foot_of_line(const Span& along_x, const FootAt& fo
   }
 }
 
-// The line of a field that advection comes to a row of bricks later; feet reach one line further than the row. Lines are
-// short and far apart in memory, so that the processor does not foresee them, and what is used is prefetched there.
+// The line of a field that advection comes to a row of bricks later; feet reach one line further than the row. Lines
+// are short and far apart in memory, so that the processor does not foresee them, and what is used is prefetched there.
 inline int line_ahead(const Field<float>& field, int y) { return std::min(y + 5, field.ny - 1); }
 
 }  // namespace lockstep::production_fluid::openmp
