@@ -53,6 +53,8 @@ class Bricks {
 
   // Marks brick k of a row as done.
   void settle(int row, int k) { is_left_[row * along_x() + k] = 0; }
+  bool is_left(int row, int k) const { return is_left_[row * along_x() + k]; }
+  bool all_are_left() const { return std::find(is_left_.begin(), is_left_.end(), 0) == is_left_.end(); }
 
   // Calls f(span along x, y, z) for each line of a row and each stretch of bricks that are left.
   template <class Real, class F>

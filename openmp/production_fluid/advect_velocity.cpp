@@ -13,6 +13,7 @@
 #include "common/simd.h"
 #include "openmp/production_fluid/bricks.h"
 #include "openmp/production_fluid/corners.h"
+#include "openmp/production_fluid/feet.h"
 
 namespace lockstep::production_fluid::openmp {
 namespace {
@@ -65,31 +66,33 @@ Bricks bricks_to_trace(const Faces<Real>& faces, std::initializer_list<Faces<Rea
 }
 
 // Calls f(component, first, x, y, z, inside, foot) for sixteen faces of a component at a time; `inside` marks those in
-// bricks that are left in a row.
+// bricks that are left in a row. f reads or writes the component of `used`.
 template <class VelocityAt, class F>
 void for_each_foot_of_row(const Bricks& bricks, int row, const Faces<Real>& faces, Real cells,
-                          const VelocityAt& velocity_at_face, Component component, const Vector3<float>& first,
-                          const F& f) {
+                          std::initializer_list<const Faces<Real>*> used, const VelocityAt& velocity_at_face,
+                          Component component, const Vector3<float>& first, const F& f) {
   bricks.for_each_span(faces.*component, row, [&](const Span& along_x, int y, int z) {
-    for (int begin = along_x.begin; begin < along_x.end; begin += lanes) {
-      const int x = first_of_full(begin, along_x.end);
-      const intv lane_x = x + lane_index();
-      const Vector3<floatv> face = {to_float(lane_x) + first.x, to_float(y) + first.y, to_float(z) + first.z};
-      f(component, first, x, y, z, is_in(along_x, lane_x),
-        foot_of<Index>(face, velocity_at_face(faces, x, y, z), faces, cells));
-    }
+    const auto foot_at = [&, ahead = line_ahead(faces.*component, y)](int x) {
+      for (const Faces<Real>* field : used) __builtin_prefetch(&(field->*component)(x, ahead, z));
+      const Vector3<floatv> face = {to_float(x + lane_index()) + first.x, to_float(y) + first.y, to_float(z) + first.z};
+      return foot_of<Index>(face, velocity_at_face(faces, x, y, z), faces, cells);
+    };
+    for_each_foot_of_line(along_x, foot_at, [&](int x, maskv inside, const Vector3<floatv>& foot) {
+      f(component, first, x, y, z, inside, foot);
+    });
   });
 }
 
 template <class F>
-void for_each_foot(const Bricks& bricks, const Faces<Real>& faces, Real dt, const F& f) {
+void for_each_foot(const Bricks& bricks, const Faces<Real>& faces, Real dt,
+                   std::initializer_list<const Faces<Real>*> used, const F& f) {
   const Real cells = dt / faces.u.spacing;
   // A row writes its own faces, in fields that none reads. Rows differ in how many bricks are left, hence dynamic.
 #pragma omp parallel for schedule(dynamic)
   for (int row = 0; row < bricks.rows(); ++row) {
-    for_each_foot_of_row(bricks, row, faces, cells, at_u, &Faces<Real>::u, first_u, f);
-    for_each_foot_of_row(bricks, row, faces, cells, at_v, &Faces<Real>::v, first_v, f);
-    for_each_foot_of_row(bricks, row, faces, cells, at_w, &Faces<Real>::w, first_w, f);
+    for_each_foot_of_row(bricks, row, faces, cells, used, at_u, &Faces<Real>::u, first_u, f);
+    for_each_foot_of_row(bricks, row, faces, cells, used, at_v, &Faces<Real>::v, first_v, f);
+    for_each_foot_of_row(bricks, row, faces, cells, used, at_w, &Faces<Real>::w, first_w, f);
   }
 }
 
@@ -97,7 +100,7 @@ void for_each_foot(const Bricks& bricks, const Faces<Real>& faces, Real dt, cons
 
 void advect_velocity_semi_lagrangian(const Faces<Real>& faces, Real dt, Faces<Real>& advected) {
   const Bricks bricks = bricks_to_trace(faces, {&advected});
-  for_each_foot(bricks, faces, dt,
+  for_each_foot(bricks, faces, dt, {&faces, &advected},
                 [&](Component c, Vector3<float> first, int x, int y, int z, maskv inside, const Vector3<floatv>& foot) {
                   store(&(advected.*c)(x, y, z), sample<Index>(faces.*c, first, foot), inside);
                 });
@@ -106,14 +109,14 @@ void advect_velocity_semi_lagrangian(const Faces<Real>& faces, Real dt, Faces<Re
 void advect_velocity_maccormack(const Faces<Real>& faces, Real dt, Faces<Real>& advected,
                                 Arrived<Faces<Real>>& arrived) {
   const Bricks bricks = bricks_to_trace(faces, {&advected, &arrived.value});
-  for_each_foot(bricks, faces, dt,
+  for_each_foot(bricks, faces, dt, {&faces, &arrived.value, &arrived.least, &arrived.most},
                 [&](Component c, Vector3<float> first, int x, int y, int z, maskv inside, const Vector3<floatv>& foot) {
                   const Bounded<floatv> at = sample_bounded<Index>(faces.*c, first, foot);
                   store(&(arrived.value.*c)(x, y, z), at.value, inside);
                   store(&(arrived.least.*c)(x, y, z), at.least, inside);
                   store(&(arrived.most.*c)(x, y, z), at.most, inside);
                 });
-  for_each_foot(bricks, faces, -dt,
+  for_each_foot(bricks, faces, -dt, {&faces, &arrived.value, &arrived.least, &arrived.most, &advected},
                 [&](Component c, Vector3<float> first, int x, int y, int z, maskv inside, const Vector3<floatv>& back) {
                   const Bounded<floatv> at = {load(&(arrived.value.*c)(x, y, z)), load(&(arrived.least.*c)(x, y, z)),
                                               load(&(arrived.most.*c)(x, y, z))};

@@ -68,7 +68,8 @@ void for_each_foot_of_row(const Bricks& bricks, int row, const Faces<Real>& face
   bricks.for_each_span(faces.*component, row, [&](const Span& along_x, int y, int z) {
     for (int x = along_x.begin; x < along_x.end; ++x) {
       const Vector3<Real> face = {to_float(x) + first.x, to_float(y) + first.y, to_float(z) + first.z};
-      f(component, first, x, y, z, foot_of<Index>(face, velocity_at_face(faces, x, y, z), faces, cells));
+      const Vector3<Real> foot = foot_of<Index>(face, velocity_at_face(faces, x, y, z), faces, cells);
+      f(component, first, x, y, z, foot);
     }
   });
 }
