@@ -89,14 +89,13 @@ inline Pivot<Number> pivot(const Number& diagonal, const Number& low_x, const Nu
 }
 
 template <class Number>
-inline Number forward(const Number& inverse, const Number& r, const Number& low_x, const Number& low_y,
-                      const Number& low_z) {
-  return (((r + low_z) + low_y) + low_x) * inverse;
+inline Number forward(const Number& r, const Number& low_x, const Number& low_y, const Number& low_z) {
+  return ((r + low_z) + low_x) + low_y;
 }
 template <class Number>
 inline Number backward(const Number& inverse, const Number& y, const Number& high_x, const Number& high_y,
                        const Number& high_z) {
-  return y + inverse * ((high_z + high_y) + high_x);
+  return y + inverse * ((high_z + high_x) + high_y);
 }
 
 }  // namespace lockstep::production_fluid

@@ -9,6 +9,8 @@
 #include "common/production_fluid/pressure_solve.h"
 
 #include <algorithm>
+#include <optional>
+#include <span>
 #include <vector>
 
 #include "common/linear/iterate.h"
@@ -76,44 +78,7 @@ struct Vectors {
       for_each_vector(skewed, tile, [&](std::size_t i) { store(&y[i], load(&y[i]) + a * load(&x[i])); });
     });
   }
-  void advance(Real a, std::span<const Real> z, Real b, std::span<Real> x, std::span<Real> p) const {
-    for_each_tile(skewed, [&](const Stretch& tile) {
-      for_each_vector(skewed, tile, [&](std::size_t i) {
-        const floatv along = load(&p[i]);
-        store(&x[i], load(&x[i]) + a * along);
-        store(&p[i], load(&z[i]) + b * along);
-      });
-    });
-  }
-  double descend(Real a, std::span<const Real> q, std::span<Real> r) const {
-    return sum(skewed, [&](const Stretch& tile) {
-      doublev lines = 0.;
-      for_each_vector(skewed, tile, [&](std::size_t i) {
-        const floatv rest = load(&r[i]) - a * load(&q[i]);
-        store(&r[i], rest);
-        lines = lines + to_double(rest) * to_double(rest);
-      });
-      return lines;
-    });
-  }
 };
-
-double multiply(const Skewed& skewed, const Array<Real>& diagonal, std::span<const Real> x, std::span<Real> y) {
-  return sum(skewed, [&](const Stretch& tile) {
-    doublev lines = 0.;
-    for_each_vector(skewed, tile, [&](std::size_t i) {
-      const Real* const at = &x[i];
-      const floatv here = load(at), d = load(&diagonal[i]);
-      prefetch<ahead>(at + skewed.along_z(), &diagonal[i]);
-      const floatv row = product(d, here, low_x(at), high_x(at), low_y(skewed, at), high_y(skewed, at),
-                                 low_z(skewed, at), high_z(skewed, at));
-      const floatv found = select(d > 0.f, row, 0.f);
-      store(&y[i], found);
-      lines = lines + to_double(here) * to_double(found);
-    });
-    return lines;
-  });
-}
 
 // --- The factor. Whole and InBlocks, the two kinds of it, call f(part, coupled) for all parts in the order of a
 // triangular solve, ascending or descending. Every thread of the team must call them.
@@ -132,9 +97,24 @@ struct Whole {
   void ascending(const F& f) const {
     for (const std::vector<Stretch>& parts : skewed.stages()) of_stage(parts, f);
   }
-  template <class F>
-  void descending(const F& f) const {
-    for (auto parts = skewed.stages().rbegin(); parts != skewed.stages().rend(); ++parts) of_stage(*parts, f);
+  // Calls g(part), too, once f was called for all neighbours of the part.
+  template <class F, class G>
+  void descending(const F& f, const G& g) const {
+    const std::ptrdiff_t count = std::ssize(skewed.stages());
+    const auto parts = [&](std::ptrdiff_t stage) {
+      return stage >= 0 && stage < count ? std::span(skewed.stages()[stage]) : std::span<const Stretch>();
+    };
+    for (std::ptrdiff_t stage = count - 1; stage >= -2; --stage) {
+      const std::span<const Stretch> first = parts(stage), second = parts(stage + 2);
+      const std::ptrdiff_t pairs = std::max(std::ssize(first), std::ssize(second));
+#pragma omp for schedule(static)
+      for (std::ptrdiff_t k = 0; k < 2 * pairs; ++k)
+        if (k % 2 == 0) {
+          if (k / 2 < std::ssize(first)) f(first[k / 2], Coupled{true, true, true});
+        } else {
+          if (k / 2 < std::ssize(second)) g(second[k / 2]);
+        }
+    }
   }
 
  private:
@@ -157,10 +137,13 @@ struct InBlocks {
       for (const Stretch& part : block) f(part, coupled(part));
     });
   }
-  template <class F>
-  void descending(const F& f) const {
+  template <class F, class G>
+  void descending(const F& f, const G& g) const {
     of_blocks([&](const std::vector<Stretch>& block) {
       for (auto part = block.rbegin(); part != block.rend(); ++part) f(*part, coupled(*part));
+    });
+    of_blocks([&](const std::vector<Stretch>& block) {
+      for (const Stretch& part : block) g(part);
     });
   }
 
@@ -212,30 +195,94 @@ Array<Real> make_inverses(const Skewed& skewed, const Kind& kind, const Array<Re
   return inverse;
 }
 
-// z = M^-1 r. Returns r . z.
 template <class Kind>
-double precondition(const Skewed& skewed, const Kind& kind, const Array<Real>& inverse, std::span<const Real> r,
-                    std::span<Real> z) {
-  // The threads share parts as the kind says. A part writes its own cells.
-#pragma omp parallel
-  {
-    kind.ascending([&](const Stretch& part, const Coupled& c) {
-      for_each_vector(skewed, part, [&](std::size_t i) {
-        const Real* const at = &z[i];
-        prefetch<ahead>(&inverse[i], &r[i]);
-        store(&z[i], forward(load(&inverse[i]), load(&r[i]), low_x(at), low_y(skewed, at, c), low_z(skewed, at, c)));
-      });
-    });
-    kind.descending([&](const Stretch& part, const Coupled& c) {
-      for_each_vector_backward(skewed, part, [&](std::size_t i) {
-        const Real* const at = &z[i];
-        prefetch<-ahead>(&inverse[i], at);
-        store(&z[i], backward(load(&inverse[i]), load(at), high_x(at), high_y(skewed, at, c), high_z(skewed, at, c)));
-      });
-    });
+struct Steps {
+  const Skewed& skewed;
+  const Kind& kind;
+  const Array<Real>&diagonal, &inverse;
+  std::span<Real> x, r, z, p;
+  std::optional<double> rz = {};
+  struct SumOf {
+    std::vector<doublev> lines;
+    std::vector<double> tiles;
+    explicit SumOf(std::size_t n) : lines(n, doublev(0.)), tiles(n) {}
+    void end(int k, bool last, doublev sum) {
+      if (last) tiles[k] = reduce_add(sum), sum = doublev(0.);
+      lines[k] = sum;
+    }
+    double total() const {
+      double total = 0;
+      for (const double t : tiles) total += t;
+      return total;
+    }
+  };
+  SumOf first = SumOf(skewed.tiles().size()), second = SumOf(skewed.tiles().size());
+
+  double precondition() {
+    if (!rz) descend(0);
+    const double found = *rz;
+    rz.reset();
+    return found;
   }
-  return Vectors{skewed}.dot(r, z);
-}
+
+  double descend(Real a) {
+#pragma omp parallel
+    kind.ascending([&](const Stretch& part, const Coupled& c) {
+      doublev rr = first.lines[part.of], ry = second.lines[part.of];
+      floatv low = low_x(&z[skewed.at(part.tile, part.z, part.begin)]);
+      for_each_vector(skewed, part, [&](std::size_t i) {
+        Real* const at = &z[i];
+        prefetch<ahead>(&inverse[i], &r[i], at);
+        const floatv rest = load(&r[i]) - a * load(at);
+        const floatv low_y = shift_up(low, c.y ? at[skewed.to_low_tile() + lanes - 1] : 0.f);
+        const floatv ey = forward(rest, low, low_y, low_z(skewed, at, c));
+        const floatv y = load(&inverse[i]) * ey;
+        store(&r[i], rest);
+        store(at, y);
+        rr = rr + to_double(rest) * to_double(rest);
+        ry = ry + to_double(ey) * to_double(y);
+        low = y;
+      });
+      const bool last = part.end == skewed.tiles()[part.of].end;
+      first.end(part.of, last, rr), second.end(part.of, last, ry);
+    });
+    rz = second.total();
+    return first.total();
+  }
+
+  double advance(Real a, Real b) {
+#pragma omp parallel
+    kind.descending(
+        [&](const Stretch& part, const Coupled& c) {
+          floatv high = load(&z[skewed.at(part.tile, part.z, part.end)]);
+          for_each_vector_backward(skewed, part, [&](std::size_t i) {
+            Real* const at = &z[i];
+            prefetch<-ahead>(&inverse[i], at, &x[i], &p[i]);
+            const floatv high_y = shift_down(high, c.y ? at[skewed.to_high_tile()] : 0.f);
+            high = backward(load(&inverse[i]), load(at), high, high_y, high_z(skewed, at, c));
+            store(at, high);
+            const floatv along = load(&p[i]);
+            store(&x[i], load(&x[i]) + a * along);
+            store(&p[i], high + b * along);
+          });
+        },
+        [&](const Stretch& part) {
+          doublev pq = first.lines[part.of];
+          for_each_vector_backward(skewed, part, [&](std::size_t i) {
+            const Real* const at = &p[i];
+            const floatv here = load(at), d = load(&diagonal[i]);
+            prefetch<-ahead>(&diagonal[i]);
+            const floatv row = product(d, here, low_x(at), high_x(at), low_y(skewed, at), high_y(skewed, at),
+                                       low_z(skewed, at), high_z(skewed, at));
+            const floatv found = select(d > 0.f, row, 0.f);
+            store(&z[i], found);
+            pq = pq + to_double(here) * to_double(found);
+          });
+          first.end(part.of, part.begin == skewed.tiles()[part.of].begin, pq);
+        });
+    return first.total();
+  }
+};
 
 // --- To the order of the cells and back
 
@@ -315,14 +362,16 @@ linear::Solution solve(const System<Real>& system, const PressureSettings& setti
   const Kind kind{skewed};
   Array<Real> diagonal = skew(skewed, system.diagonal, memory), right = skew(skewed, system.right, memory),
               inverse = make_inverses(skewed, kind, diagonal, settings.modification, memory);
-  const linear::System<Real> operators = {
-      .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(skewed, diagonal, x, y); },
-      .precondition = [&](auto r, auto z) { return precondition(skewed, kind, inverse, r, z); },
-      .residual = nullptr,
-      .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, skewed, q, x, r); }};
   const auto zeros = [&] { return take_zeros(memory, skewed.size()); };
   Array<Real> x = zeros(), r = zeros(), z = zeros(), p = zeros();
-  const linear::Solution solution = linear::iterate(Vectors{skewed}, operators, right, {x, r, z, p}, settings.stop);
+  Steps<Kind> steps{skewed, kind, diagonal, inverse, x, r, z, p};
+  const linear::System<Real> operators = {
+      .multiply = nullptr,
+      .precondition = nullptr,
+      .residual = nullptr,
+      .refresh = [&](std::span<Real> x, std::span<Real> r) { steps.rz.reset(); return refresh(system, skewed, q, x, r); }};
+  const linear::Solution solution =
+      linear::iterate(Vectors{skewed}, operators, right, {x, r, z, p}, settings.stop, steps);
   for (Array<Real>* array : {&diagonal, &right, &inverse, &x, &r, &z, &p}) memory.give_back(*array);
   return solution;
 }
