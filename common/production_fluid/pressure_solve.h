@@ -21,8 +21,9 @@
 //         their order, and sum as common/linear/dot.h says, over bordered arrays.
 //
 // A dot product of mic and block_mic is summed in double, in an order that does not depend on the threads: the products
-// of a line's cells in ascending order; sixteen lines of a plane, y = 16 k to 16 k + 15, in the tree ((0 + 8) + (4 +
-// 12)) + ...; and such sixteens in ascending order of y, then z.
+// of a line's cells in ascending order, those of p . A p in descending order; sixteen lines of a plane, y = 16 k to 16 k
+// + 15, in the tree ((0 + 8) + (4 + 12)) + ...; and such sixteens in ascending order of y, then z. r . z of mic and
+// block_mic is the sum of (e y) y, as r . M^-1 r = y . E y; so it is known before the second triangular solve.
 //
 // The loop is linear/'s (common/linear/conjugate_gradients.h). It works in Real. The pressure is a sum in double, from
 // which the loop refreshes its residual.
@@ -88,14 +89,16 @@ inline Pivot<Number> pivot(const Number& diagonal, const Number& low_x, const Nu
   return {inverse, select(row, (Number(1) + tau * (upper_neighbours - Number(1))) * inverse, Number(0))};
 }
 
+// e y of a cell.
 template <class Number>
 inline Number forward(const Number& r, const Number& low_x, const Number& low_y, const Number& low_z) {
-  return ((r + low_z) + low_x) + low_y;
+  return ((r + low_z) + low_y) + low_x;
 }
+// z of a cell.
 template <class Number>
 inline Number backward(const Number& inverse, const Number& y, const Number& high_x, const Number& high_y,
                        const Number& high_z) {
-  return y + inverse * ((high_z + high_x) + high_y);
+  return y + inverse * ((high_z + high_y) + high_x);
 }
 
 }  // namespace lockstep::production_fluid

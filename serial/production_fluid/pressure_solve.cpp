@@ -161,9 +161,8 @@ double precondition(const System<Real>& system, int block, const Array<Real>& in
   for (int plane = nz - 1; plane >= 0; --plane)
     for (int line = ny - 1; line >= 0; --line) {
       const Neighbours n = neighbours_of(system.cells, block, line, plane);
-      descending(system, line, plane, [&](std::size_t i) {
-        z[i] = backward(inverse[i], z[i], z[i + 1], z[i + n.high_y], z[i + n.high_z]);
-      });
+      descending(system, line, plane,
+                 [&](std::size_t i) { z[i] = backward(inverse[i], z[i], z[i + 1], z[i + n.high_y], z[i + n.high_z]); });
     }
   return rz;
 }
