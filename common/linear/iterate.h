@@ -30,35 +30,16 @@ struct Work {
   std::span<Real> x, r, z, p;
 };
 
-// The steps of an iteration, each a pass over the vectors or more: by the functions of Vectors (dot, axpy, advance and
-// descend, as dot.h and update.h say) and the operators of a system.
+// Vectors has functions dot, axpy, advance and descend, as dot.h and update.h say.
 template <class Real, class Vectors>
-struct Steps {
-  const Vectors& vectors;
-  const System<Real>& system;
-  const Work<Real>& work;
-  std::span<Real> q = work.z;  // A p, in the place of z, which is not read after p is made
-
-  // M^-1 r. Returns r . M^-1 r.
-  double precondition() const { return system.precondition(work.r, work.z); }
-  // x += a p, then p = M^-1 r + b p. Returns p . A p.
-  double advance(Real a, Real b) const {
-    vectors.advance(a, work.z, b, work.x, work.p);
-    return system.multiply(work.p, q);
-  }
-  // r -= a A p. Returns r . r.
-  double descend(Real a) const { return vectors.descend(a, q, work.r); }
-};
-
-// Some systems have Steps of their own. They need no operators but `refresh`.
-template <class Real, class Vectors, class Steps>
 Solution iterate(const Vectors& vectors, const System<Real>& system, std::type_identity_t<std::span<const Real>> b,
-                 const std::type_identity_t<Work<Real>>& work, const Stop& stop, Steps&& steps) {
+                 const std::type_identity_t<Work<Real>>& work, const Stop& stop) {
   const auto [x, r, z, p] = work;
   const double norm_of_b = std::sqrt(vectors.dot(b, b));
   if (norm_of_b == 0) return {};
 
   vectors.axpy(1, b, r);
+  const std::span<Real> q = z;  // A p, in the place of z, which is not read after p is made
   Solution solution{.iterations = 0, .recursive_residual = 1, .true_residual = 1};
   double& residual = solution.recursive_residual;
   double refreshed = 1;                           // the last true residual
@@ -68,12 +49,15 @@ Solution iterate(const Vectors& vectors, const System<Real>& system, std::type_i
   Real step = 0;  // along p; added to x when the next direction is made, or at the end
   while (!done()) {
     const double rz_before = rz;
-    rz = steps.precondition();
-    const Real along_p = solution.iterations == 0 ? 0 : static_cast<Real>(rz / rz_before);
-    const double pq = steps.advance(step, along_p);
+    rz = system.precondition(r, z);
+    if (solution.iterations == 0)
+      vectors.advance(0, z, 0, x, p);  // p = z
+    else
+      vectors.advance(step, z, static_cast<Real>(rz / rz_before), x, p);
+    const double pq = system.multiply(p, q);
     if (!(pq > 0)) break;
     step = static_cast<Real>(rz / pq);
-    residual = std::sqrt(steps.descend(step)) / norm_of_b;
+    residual = std::sqrt(vectors.descend(step, q, r)) / norm_of_b;
     ++solution.iterations;
     is_refreshed = system.refresh && (residual <= refresh_at * refreshed || done());
     if (is_refreshed || done()) vectors.axpy(step, p, x), step = 0;
@@ -86,12 +70,6 @@ Solution iterate(const Vectors& vectors, const System<Real>& system, std::type_i
   else
     solution.true_residual = system.residual ? system.residual(b, x) / norm_of_b : std::nan("");
   return solution;
-}
-
-template <class Real, class Vectors>
-Solution iterate(const Vectors& vectors, const System<Real>& system, std::type_identity_t<std::span<const Real>> b,
-                 const std::type_identity_t<Work<Real>>& work, const Stop& stop) {
-  return iterate(vectors, system, b, work, stop, Steps<Real, Vectors>{vectors, system, work});
 }
 
 }  // namespace lockstep::linear

@@ -21,9 +21,9 @@
 //         their order, and sum as common/linear/dot.h says, over bordered arrays.
 //
 // A dot product of mic and block_mic is summed in double, in an order that does not depend on the threads: the products
-// of a line's cells in ascending order, those of p . A p in descending order; sixteen lines of a plane, y = 16 k to 16 k
-// + 15, in the tree ((0 + 8) + (4 + 12)) + ...; and such sixteens in ascending order of y, then z. r . z of mic and
-// block_mic is the sum of (e y) y, as r . M^-1 r = y . E y; so it is known before the second triangular solve.
+// of a line's cells in ascending order; sixteen lines of a plane, y = 16 k to 16 k + 15, in the tree ((0 + 8) + (4 +
+// 12)) + ...; and such sixteens in ascending order of y, then z. r . z of mic and block_mic is the sum of (e y) y, as
+// r . M^-1 r = y . E y: the first triangular solve adds it up on its way.
 //
 // The loop is linear/'s (common/linear/conjugate_gradients.h). It works in Real. The pressure is a sum in double, from
 // which the loop refreshes its residual.

@@ -8,16 +8,12 @@
 // The contract stands in common/production_fluid/pressure_solve.h.
 #include "common/production_fluid/pressure_solve.h"
 
-#include <optional>
-#include <span>
-#include <utility>
 #include <vector>
 
 #include "common/linear/iterate.h"
 #include "common/real.h"
 #include "common/simd.h"
 #include "common/simd_double.h"
-#include "openmp/production_fluid/factor_order.h"
 #include "openmp/production_fluid/prefetch.h"
 #include "openmp/production_fluid/skewed.h"
 #include "openmp/production_fluid/skewing.h"
@@ -80,7 +76,120 @@ struct Vectors {
       for_each_vector(skewed, tile, [&](std::size_t i) { store(&y[i], load(&y[i]) + a * load(&x[i])); });
     });
   }
+  void advance(Real a, std::span<const Real> z, Real b, std::span<Real> x, std::span<Real> p) const {
+    for_each_tile(skewed, [&](const Stretch& tile) {
+      for_each_vector(skewed, tile, [&](std::size_t i) {
+        const floatv along = load(&p[i]);
+        store(&x[i], load(&x[i]) + a * along);
+        store(&p[i], load(&z[i]) + b * along);
+      });
+    });
+  }
+  double descend(Real a, std::span<const Real> q, std::span<Real> r) const {
+    return sum(skewed, [&](const Stretch& tile) {
+      doublev lines = 0.;
+      for_each_vector(skewed, tile, [&](std::size_t i) {
+        const floatv rest = load(&r[i]) - a * load(&q[i]);
+        store(&r[i], rest);
+        lines = lines + to_double(rest) * to_double(rest);
+      });
+      return lines;
+    });
+  }
 };
+
+double multiply(const Skewed& skewed, const Array<Real>& diagonal, std::span<const Real> x, std::span<Real> y) {
+  return sum(skewed, [&](const Stretch& tile) {
+    doublev lines = 0.;
+    for_each_vector(skewed, tile, [&](std::size_t i) {
+      const Real* const at = &x[i];
+      const floatv here = load(at), d = load(&diagonal[i]);
+      prefetch<ahead>(at + skewed.along_z(), &diagonal[i]);
+      const floatv row = product(d, here, low_x(at), high_x(at), low_y(skewed, at), high_y(skewed, at),
+                                 low_z(skewed, at), high_z(skewed, at));
+      const floatv found = select(d > 0.f, row, 0.f);
+      store(&y[i], found);
+      lines = lines + to_double(here) * to_double(found);
+    });
+    return lines;
+  });
+}
+
+// --- The factor. Whole and InBlocks, the two kinds of it, call f(part, coupled) for all parts in the order of a
+// triangular solve, ascending or descending. Every thread of the team must call them.
+
+// Whether neighbours beyond a tile count in the factor: along y, in the plane before, in the plane after.
+struct Coupled {
+  bool y, low_z, high_z;
+};
+
+// One factor of all cells, stage after stage. The barrier at the end of a stage makes what its parts wrote visible to
+// the next.
+struct Whole {
+  const Skewed& skewed;
+
+  template <class F>
+  void ascending(const F& f) const {
+    for (const std::vector<Stretch>& parts : skewed.stages()) of_stage(parts, f);
+  }
+  template <class F>
+  void descending(const F& f) const {
+    for (auto parts = skewed.stages().rbegin(); parts != skewed.stages().rend(); ++parts) of_stage(*parts, f);
+  }
+
+ private:
+  template <class F>
+  static void of_stage(const std::vector<Stretch>& parts, const F& f) {
+    const std::ptrdiff_t count = std::ssize(parts);
+    // Parts of a stage do not wait for one another, and each writes its own cells.
+#pragma omp for schedule(static)
+    for (std::ptrdiff_t k = 0; k < count; ++k) f(parts[k], Coupled{true, true, true});
+  }
+};
+
+// A factor a block.
+struct InBlocks {
+  const Skewed& skewed;
+
+  template <class F>
+  void ascending(const F& f) const {
+    of_blocks([&](const std::vector<Stretch>& block) {
+      for (const Stretch& part : block) f(part, coupled(part));
+    });
+  }
+  template <class F>
+  void descending(const F& f) const {
+    of_blocks([&](const std::vector<Stretch>& block) {
+      for (auto part = block.rbegin(); part != block.rend(); ++part) f(*part, coupled(*part));
+    });
+  }
+
+ private:
+  static Coupled coupled(const Stretch& part) {
+    return {false, part.z % side_of_a_block > 0, (part.z + 1) % side_of_a_block > 0};
+  }
+  template <class F>
+  void of_blocks(const F& f) const {
+    const std::ptrdiff_t count = std::ssize(skewed.blocks());
+    // Blocks do not read what others write, and each writes its own cells.
+#pragma omp for schedule(dynamic)
+    for (std::ptrdiff_t k = 0; k < count; ++k) f(skewed.blocks()[k]);
+  }
+};
+
+// Neighbours that count; those along x are given. A solve has just found them: they need not come back from memory.
+LOCKSTEP_INLINE floatv low_y(const Skewed& skewed, const Real* at, floatv low_x, const Coupled& coupled) {
+  return shift_up(low_x, coupled.y ? at[skewed.to_low_tile() + lanes - 1] : 0.f);
+}
+LOCKSTEP_INLINE floatv high_y(const Skewed& skewed, const Real* at, floatv high_x, const Coupled& coupled) {
+  return shift_down(high_x, coupled.y ? at[skewed.to_high_tile()] : 0.f);
+}
+LOCKSTEP_INLINE floatv low_z(const Skewed& skewed, const Real* at, const Coupled& coupled) {
+  return coupled.low_z ? low_z(skewed, at) : floatv(0.f);
+}
+LOCKSTEP_INLINE floatv high_z(const Skewed& skewed, const Real* at, const Coupled& coupled) {
+  return coupled.high_z ? high_z(skewed, at) : floatv(0.f);
+}
 
 // 1 / e of all cells.
 template <class Kind>
@@ -104,15 +213,17 @@ Array<Real> make_inverses(const Skewed& skewed, const Kind& kind, const Array<Re
   return inverse;
 }
 
-// A sum of a pass that comes to the parts of a tile one after another: a lane goes on where the part before left it.
+// A sum over all cells in a pass that comes to the parts of a tile one after another: a lane goes on where the part
+// before left it.
 class Sum {
  public:
-  explicit Sum(const Skewed& skewed) : lines_(skewed.tiles().size(), doublev(0.)), tiles_(lines_.size()) {}
+  explicit Sum(const Skewed& skewed)
+      : skewed_(skewed), lines_(skewed.tiles().size(), doublev(0.)), tiles_(lines_.size()) {}
 
   doublev lines(const Stretch& part) const { return lines_[part.of]; }
-  void go_on(const Stretch& part, doublev lines, bool is_last) {
-    if (is_last) tiles_[part.of] = reduce_add(lines);
-    lines_[part.of] = is_last ? doublev(0.) : lines;
+  void go_on(const Stretch& part, doublev lines) {
+    lines_[part.of] = lines;
+    if (part.end == skewed_.tiles()[part.of].end) tiles_[part.of] = reduce_add(lines);
   }
   double total() const {
     double total = 0;
@@ -121,94 +232,44 @@ class Sum {
   }
 
  private:
+  const Skewed& skewed_;
   std::vector<doublev> lines_;
   std::vector<double> tiles_;
 };
 
-// The steps of an iteration (common/linear/iterate.h) in two passes over memory. The first takes the step along A p,
-// and solves L y = r on the way: y stands in the place of A p, which it reads for the last time. The second solves
-// L^T z = y, and makes x, p and A p at once, A p in the place of z.
+// z = M^-1 r. Returns r . z.
 template <class Kind>
-class Steps {
- public:
-  Steps(const Skewed& skewed, const Kind& kind, const Array<Real>& diagonal, const Array<Real>& inverse,
-        const linear::Work<Real>& work)
-      : skewed_(skewed), kind_(kind), diagonal_(diagonal), inverse_(inverse), work_(work) {}
-
-  // r is not what `descend` left.
-  void begin_anew() { rz_.reset(); }
-
-  double precondition() {
-    if (!rz_) descend(0);
-    return *std::exchange(rz_, std::nullopt);
-  }
-
-  double descend(Real a) {
-    const auto [x, r, z, p] = work_;
-    // The threads share parts as the kind says. A part writes its own cells, and to its tile's sums.
+double precondition(const Skewed& skewed, const Kind& kind, const Array<Real>& inverse, std::span<const Real> r,
+                    std::span<Real> z) {
+  Sum rz(skewed);
+  // The threads share parts as the kind says. A part writes its own cells, and its tile's sums.
 #pragma omp parallel
-    kind_.ascending([&](const Stretch& part, const Coupled& c) {
-      doublev rr = first_.lines(part), rz = second_.lines(part);
-      floatv before = low_x(&z[skewed_.at(part.tile, part.z, part.begin)]);
-      for_each_vector(skewed_, part, [&](std::size_t i) {
+  {
+    kind.ascending([&](const Stretch& part, const Coupled& c) {
+      doublev lines = rz.lines(part);
+      floatv y = low_x(&z[skewed.at(part.tile, part.z, part.begin)]);  // of the vector before
+      for_each_vector(skewed, part, [&](std::size_t i) {
         Real* const at = &z[i];
-        prefetch<ahead>(&inverse_[i], &r[i], at);
-        const floatv rest = load(&r[i]) - a * load(at);
-        const floatv ey = forward(rest, before, low_y(skewed_, at, before, c), low_z(skewed_, at, c));
-        before = ey * load(&inverse_[i]);
-        store(&r[i], rest), store(at, before);
-        rr = rr + to_double(rest) * to_double(rest);
-        rz = rz + to_double(ey) * to_double(before);
+        prefetch<ahead>(&inverse[i], &r[i]);
+        const floatv ey = forward(load(&r[i]), y, low_y(skewed, at, y, c), low_z(skewed, at, c));
+        y = ey * load(&inverse[i]);
+        store(at, y);
+        lines = lines + to_double(ey) * to_double(y);
       });
-      const bool is_last = part.end == skewed_.tiles()[part.of].end;
-      first_.go_on(part, rr, is_last), second_.go_on(part, rz, is_last);
+      rz.go_on(part, lines);
     });
-    rz_ = second_.total();
-    return first_.total();
-  }
-
-  double advance(Real a, Real b) {
-    const auto [x, r, z, p] = work_;
-    const auto direct = [&](const Stretch& part, const Coupled& c) {
-      floatv after = load(&z[skewed_.at(part.tile, part.z, part.end)]);
-      for_each_vector_backward(skewed_, part, [&](std::size_t i) {
+    kind.descending([&](const Stretch& part, const Coupled& c) {
+      floatv after = load(&z[skewed.at(part.tile, part.z, part.end)]);
+      for_each_vector_backward(skewed, part, [&](std::size_t i) {
         Real* const at = &z[i];
-        prefetch<-ahead>(&inverse_[i], at, &x[i], &p[i]);
-        const floatv upper_y = high_y(skewed_, at, after, c), along = load(&p[i]);
-        after = backward(load(&inverse_[i]), load(at), after, upper_y, high_z(skewed_, at, c));
+        prefetch<-ahead>(&inverse[i], at);
+        after = backward(load(&inverse[i]), load(at), after, high_y(skewed, at, after, c), high_z(skewed, at, c));
         store(at, after);
-        store(&x[i], load(&x[i]) + a * along);
-        store(&p[i], after + b * along);
       });
-    };
-    const auto multiply = [&](const Stretch& part) {
-      doublev pq = first_.lines(part);
-      for_each_vector_backward(skewed_, part, [&](std::size_t i) {
-        const Real* const at = &p[i];
-        const floatv here = load(at), d = load(&diagonal_[i]);
-        prefetch<-ahead>(&diagonal_[i]);
-        const floatv row = product(d, here, low_x(at), high_x(at), low_y(skewed_, at), high_y(skewed_, at),
-                                   low_z(skewed_, at), high_z(skewed_, at));
-        const floatv found = select(d > 0.f, row, 0.f);
-        store(&z[i], found);
-        pq = pq + to_double(here) * to_double(found);
-      });
-      first_.go_on(part, pq, part.begin == skewed_.tiles()[part.of].begin);
-    };
-    // The threads share parts as the kind says. A part writes its own cells, and to its tile's sum.
-#pragma omp parallel
-    kind_.descending(direct, multiply);
-    return first_.total();
+    });
   }
-
- private:
-  const Skewed& skewed_;
-  const Kind& kind_;
-  const Array<Real>&diagonal_, &inverse_;
-  const linear::Work<Real> work_;
-  Sum first_{skewed_}, second_{skewed_};
-  std::optional<double> rz_;  // r . M^-1 r, once y is solved for
-};
+  return rz.total();
+}
 
 Array<Real> skew(const Skewed& skewed, const Array<Real>& of_cells, PressureMemory<Real>& memory) {
   Array<Real> to = take_zeros(memory, skewed.size());
@@ -245,17 +306,14 @@ linear::Solution solve(const System<Real>& system, const PressureSettings& setti
   const Kind kind{skewed};
   Array<Real> diagonal = skew(skewed, system.diagonal, memory), right = skew(skewed, system.right, memory),
               inverse = make_inverses(skewed, kind, diagonal, settings.modification, memory);
+  const linear::System<Real> operators = {
+      .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(skewed, diagonal, x, y); },
+      .precondition = [&](auto r, auto z) { return precondition(skewed, kind, inverse, r, z); },
+      .residual = nullptr,
+      .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, skewed, q, x, r); }};
   const auto zeros = [&] { return take_zeros(memory, skewed.size()); };
   Array<Real> x = zeros(), r = zeros(), z = zeros(), p = zeros();
-  const linear::Work<Real> work = {x, r, z, p};
-  Steps<Kind> steps(skewed, kind, diagonal, inverse, work);
-  const auto refresh_and_begin_anew = [&](std::span<Real> x, std::span<Real> r) {
-    steps.begin_anew();
-    return refresh(system, skewed, q, x, r);
-  };
-  const linear::System<Real> operators = {
-      .multiply = nullptr, .precondition = nullptr, .residual = nullptr, .refresh = refresh_and_begin_anew};
-  const linear::Solution solution = linear::iterate(Vectors{skewed}, operators, right, work, settings.stop, steps);
+  const linear::Solution solution = linear::iterate(Vectors{skewed}, operators, right, {x, r, z, p}, settings.stop);
   for (Array<Real>* array : {&diagonal, &right, &inverse, &x, &r, &z, &p}) memory.give_back(*array);
   return solution;
 }

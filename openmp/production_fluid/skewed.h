@@ -8,12 +8,11 @@
 // outer neighbours of its first and last lane are in the tiles beside.
 //
 // Lanes without a row of the system hold 0, lanes beyond the box among them. A tile more on either side, and a plane
-// more, are all 0. Where the tile beside has no vector for an outer neighbour, the load finds a vector that stays 0.
+// more, are all 0. Where the tile beside has no vector for an outer neighbour, the load finds vectors of the tile
+// itself that are done; the lane that takes it has no row, and the value is finite.
 //
 // No serial twin: serial vectors are in the order of the cells.
 #pragma once
-
-#include <omp.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -39,8 +38,8 @@ class Skewed {
   // The tiles that have rows, and their vectors from the first to the last with a row; by z, then by tile.
   const std::vector<Stretch>& tiles() const { return tiles_; }
 
-  // The same in parts, stage by stage. In a solve along x, y and z, a part waits only for parts of the stage before and
-  // of its own tile; in one backwards, for those of the stage after. All its neighbours are in these three stages.
+  // The same in parts, stage by stage. In a solve along x, y and z, a part waits only for parts of earlier stages; in
+  // one backwards, only for parts of later stages.
   const std::vector<std::vector<Stretch>>& stages() const { return stages_; }
 
   // The same by blocks, each of one tile along y and `side_of_a_block` planes, in ascending order of z.
@@ -64,8 +63,8 @@ class Skewed {
   const Bordered& cells() const { return cells_; }
 
  private:
-  // Vectors of a tile in a plane, and more that stay 0: neighbours of the first and of the last ones.
-  std::ptrdiff_t stride() const { return cells_.nx + 2 * lanes; }
+  // Vectors of a tile in a plane, and one that stays 0: the neighbour along x of the first and of the last.
+  std::ptrdiff_t stride() const { return cells_.nx + lanes; }
   static constexpr std::ptrdiff_t margin() { return 2 * lanes * lanes; }
 
   Bordered cells_;
@@ -74,12 +73,9 @@ class Skewed {
   std::vector<std::vector<Stretch>> stages_, blocks_;
 };
 
-// Vectors of a part. Memory streams best through whole tiles; but as many as there are tiles along y share a stage, and
-// each thread should find some parts in it. Shorter parts would mean many more stages.
-inline int part_length(int vectors_of_a_tile, int tiles_along_y) {
-  const int parts_of_a_tile = std::max(4 * omp_get_max_threads() / std::max(tiles_along_y, 1), 1);
-  return std::max((vectors_of_a_tile + parts_of_a_tile - 1) / parts_of_a_tile, 32);
-}
+// The parts of a tile end where x + y is a multiple of this: small enough for many parts a stage, large enough for few
+// stages.
+inline constexpr int part_length = 32;
 
 inline Skewed::Skewed(const System<float>& system)
     : cells_(system.cells), tiles_along_y_((cells_.ny + lanes - 1) / lanes) {
@@ -95,13 +91,12 @@ inline Skewed::Skewed(const System<float>& system)
       }
       if (all.begin < all.end) tiles_.push_back(all);
     }
-  // The outer neighbours of vector s are vector s + 15 of the tile before and s - 15 of the tile after. So parts end
-  // where s + 15 tile is a multiple of their length.
-  const int length = part_length(cells_.nx + lanes, tiles_along_y_);
+  // Vector s of a tile has cells of x + y = s + 16 tile. A part waits for vectors of lesser x + y in the tile before,
+  // and for the same vectors in the plane before.
   for (const Stretch& all : tiles_) {
-    const int skew = all.tile * (lanes - 1);
+    const int skew = all.tile * lanes;
     for (int begin = all.begin; begin < all.end;) {
-      const int chunk = (begin + skew) / length, end = std::min(all.end, (chunk + 1) * length - skew);
+      const int chunk = (begin + skew) / part_length, end = std::min(all.end, (chunk + 1) * part_length - skew);
       const std::size_t stage = all.tile + all.z + chunk;
       if (stages_.size() <= stage) stages_.resize(stage + 1);
       stages_[stage].push_back({all.tile, all.z, begin, end, all.of});

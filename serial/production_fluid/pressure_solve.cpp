@@ -93,11 +93,7 @@ T row_times(const System<Real>& system, const T* x, std::size_t i) {
 
 double multiply(const System<Real>& system, std::span<const Real> x, std::span<Real> y) {
   for_each_cell(system, [&](std::size_t i) { y[i] = row_times(system, x.data(), i); });
-  return sum_of_lines(system, [&](int line, int plane) {
-    double sum = 0;
-    descending(system, line, plane, [&](std::size_t i) { sum += static_cast<double>(x[i]) * y[i]; });
-    return sum;
-  });
+  return Vectors{system}.dot(x, y);
 }
 
 // Adds x to the pressure, sets x to 0, and computes the residual of the pressure.
