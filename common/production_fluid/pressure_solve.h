@@ -22,7 +22,8 @@
 //
 // A dot product of mic and block_mic is summed in double, in an order that does not depend on the threads: the products
 // of a line's cells in ascending order; sixteen lines of a plane, y = 16 k to 16 k + 15, in the tree ((0 + 8) + (4 +
-// 12)) + ...; and such sixteens in ascending order of y, then z.
+// 12)) + ...; and such sixteens in ascending order of y, then z. r . z of mic and block_mic is the sum of (e y) y, as
+// r . M^-1 r = y . E y: the first triangular solve adds it up on its way.
 //
 // The loop is linear/'s (common/linear/conjugate_gradients.h). It works in Real. The pressure is a sum in double, from
 // which the loop refreshes its residual.
@@ -88,11 +89,12 @@ inline Pivot<Number> pivot(const Number& diagonal, const Number& low_x, const Nu
   return {inverse, select(row, (Number(1) + tau * (upper_neighbours - Number(1))) * inverse, Number(0))};
 }
 
+// e y of a cell.
 template <class Number>
-inline Number forward(const Number& inverse, const Number& r, const Number& low_x, const Number& low_y,
-                      const Number& low_z) {
-  return (((r + low_z) + low_y) + low_x) * inverse;
+inline Number forward(const Number& r, const Number& low_x, const Number& low_y, const Number& low_z) {
+  return ((r + low_z) + low_y) + low_x;
 }
+// z of a cell.
 template <class Number>
 inline Number backward(const Number& inverse, const Number& y, const Number& high_x, const Number& high_y,
                        const Number& high_z) {

@@ -8,7 +8,6 @@
 // The contract stands in common/production_fluid/pressure_solve.h.
 #include "common/production_fluid/pressure_solve.h"
 
-#include <algorithm>
 #include <vector>
 
 #include "common/linear/iterate.h"
@@ -17,6 +16,7 @@
 #include "common/simd_double.h"
 #include "openmp/production_fluid/prefetch.h"
 #include "openmp/production_fluid/skewed.h"
+#include "openmp/production_fluid/skewing.h"
 #include "openmp/production_fluid/zeros.h"
 
 namespace lockstep::production_fluid::openmp {
@@ -177,11 +177,12 @@ struct InBlocks {
   }
 };
 
-LOCKSTEP_INLINE floatv low_y(const Skewed& skewed, const Real* at, const Coupled& coupled) {
-  return coupled.y ? low_y(skewed, at) : shift_up(low_x(at), 0.f);
+// Neighbours that count; those along x are given. A solve has just found them: they need not come back from memory.
+LOCKSTEP_INLINE floatv low_y(const Skewed& skewed, const Real* at, floatv low_x, const Coupled& coupled) {
+  return shift_up(low_x, coupled.y ? at[skewed.to_low_tile() + lanes - 1] : 0.f);
 }
-LOCKSTEP_INLINE floatv high_y(const Skewed& skewed, const Real* at, const Coupled& coupled) {
-  return coupled.y ? high_y(skewed, at) : shift_down(high_x(at), 0.f);
+LOCKSTEP_INLINE floatv high_y(const Skewed& skewed, const Real* at, floatv high_x, const Coupled& coupled) {
+  return shift_down(high_x, coupled.y ? at[skewed.to_high_tile()] : 0.f);
 }
 LOCKSTEP_INLINE floatv low_z(const Skewed& skewed, const Real* at, const Coupled& coupled) {
   return coupled.low_z ? low_z(skewed, at) : floatv(0.f);
@@ -202,9 +203,9 @@ Array<Real> make_inverses(const Skewed& skewed, const Kind& kind, const Array<Re
     for_each_vector(skewed, part, [&](std::size_t i) {
       const auto row = [](floatv d) { return select(d > 0.f, floatv(1.f), floatv(0.f)); };
       const Real *const d = &diagonal[i], *const s = &share[i];
-      const floatv upper_neighbours = row(high_x(d)) + row(high_y(skewed, d, c)) + row(high_z(skewed, d, c));
+      const floatv upper_neighbours = row(high_x(d)) + row(high_y(skewed, d, high_x(d), c)) + row(high_z(skewed, d, c));
       const Pivot<floatv> p =
-          pivot(load(d), low_x(s), low_y(skewed, s, c), low_z(skewed, s, c), upper_neighbours, tau, sigma);
+          pivot(load(d), low_x(s), low_y(skewed, s, low_x(s), c), low_z(skewed, s, c), upper_neighbours, tau, sigma);
       store(&inverse[i], p.inverse), store(&share[i], p.share);
     });
   });
@@ -212,79 +213,68 @@ Array<Real> make_inverses(const Skewed& skewed, const Kind& kind, const Array<Re
   return inverse;
 }
 
+// A sum over all cells in a pass that comes to the parts of a tile one after another: a lane goes on where the part
+// before left it.
+class Sum {
+ public:
+  explicit Sum(const Skewed& skewed)
+      : skewed_(skewed), lines_(skewed.tiles().size(), doublev(0.)), tiles_(lines_.size()) {}
+
+  doublev lines(const Stretch& part) const { return lines_[part.of]; }
+  void go_on(const Stretch& part, doublev lines) {
+    lines_[part.of] = lines;
+    if (part.end == skewed_.tiles()[part.of].end) tiles_[part.of] = reduce_add(lines);
+  }
+  double total() const {
+    double total = 0;
+    for (const double tile : tiles_) total += tile;
+    return total;
+  }
+
+ private:
+  const Skewed& skewed_;
+  std::vector<doublev> lines_;
+  std::vector<double> tiles_;
+};
+
 // z = M^-1 r. Returns r . z.
 template <class Kind>
 double precondition(const Skewed& skewed, const Kind& kind, const Array<Real>& inverse, std::span<const Real> r,
                     std::span<Real> z) {
-  // The threads share parts as the kind says. A part writes its own cells.
+  Sum rz(skewed);
+  // The threads share parts as the kind says. A part writes its own cells, and its tile's sums.
 #pragma omp parallel
   {
     kind.ascending([&](const Stretch& part, const Coupled& c) {
+      doublev lines = rz.lines(part);
+      floatv y = low_x(&z[skewed.at(part.tile, part.z, part.begin)]);  // of the vector before
       for_each_vector(skewed, part, [&](std::size_t i) {
-        const Real* const at = &z[i];
+        Real* const at = &z[i];
         prefetch<ahead>(&inverse[i], &r[i]);
-        store(&z[i], forward(load(&inverse[i]), load(&r[i]), low_x(at), low_y(skewed, at, c), low_z(skewed, at, c)));
+        const floatv ey = forward(load(&r[i]), y, low_y(skewed, at, y, c), low_z(skewed, at, c));
+        y = ey * load(&inverse[i]);
+        store(at, y);
+        lines = lines + to_double(ey) * to_double(y);
       });
+      rz.go_on(part, lines);
     });
     kind.descending([&](const Stretch& part, const Coupled& c) {
+      floatv after = load(&z[skewed.at(part.tile, part.z, part.end)]);
       for_each_vector_backward(skewed, part, [&](std::size_t i) {
-        const Real* const at = &z[i];
+        Real* const at = &z[i];
         prefetch<-ahead>(&inverse[i], at);
-        store(&z[i], backward(load(&inverse[i]), load(at), high_x(at), high_y(skewed, at, c), high_z(skewed, at, c)));
+        after = backward(load(&inverse[i]), load(at), after, high_y(skewed, at, after, c), high_z(skewed, at, c));
+        store(at, after);
       });
     });
   }
-  return Vectors{skewed}.dot(r, z);
-}
-
-// --- To the order of the cells and back
-
-// Cells of lane l in vectors s .. s + 15: x = begin .. end - 1, from place `first` of sixteen on.
-struct Cells {
-  int y, begin, end, first;
-};
-Cells cells_of(const Bordered& cells, const Stretch& tile, int s, int l) {
-  const int y = tile.tile * lanes + l, x = s - l, begin = std::max(x, 0);
-  return {y, begin, y < cells.ny ? std::min(x + lanes, cells.nx) : begin, begin - x};
-}
-
-// Fills a tile with values of its cells: value(i), where i is where the cell stands in bordered arrays.
-template <class Value>
-void fill(const Skewed& skewed, const Stretch& tile, std::span<Real> to, const Value& value) {
-  for (int s = tile.begin; s < tile.end; s += lanes) {
-    floatv square[lanes];
-    for (int l = 0; l < lanes; ++l) {
-      Real line[lanes] = {};
-      const auto [y, begin, end, first] = cells_of(skewed.cells(), tile, s, l);
-      for (int x = begin; x < end; ++x) line[first + x - begin] = value(skewed.cells().index(x, y, tile.z));
-      square[l] = load(line);
-    }
-    transpose(square);
-    for (int k = 0; k < std::min(lanes, tile.end - s); ++k) store(&to[skewed.at(tile.tile, tile.z, s + k)], square[k]);
-  }
-}
-
-// Calls f(i, value) for the cells of a tile; i is where the cell stands in bordered arrays.
-template <class F>
-void for_each_value(const Skewed& skewed, const Stretch& tile, std::span<const Real> from, const F& f) {
-  for (int s = tile.begin; s < tile.end; s += lanes) {
-    floatv square[lanes];
-    for (int k = 0; k < lanes; ++k)
-      square[k] = s + k < tile.end ? load(&from[skewed.at(tile.tile, tile.z, s + k)]) : floatv(0.f);
-    transpose(square);
-    for (int l = 0; l < lanes; ++l) {
-      Real line[lanes];
-      store(line, square[l]);
-      const auto [y, begin, end, first] = cells_of(skewed.cells(), tile, s, l);
-      for (int x = begin; x < end; ++x) f(skewed.cells().index(x, y, tile.z), line[first + x - begin]);
-    }
-  }
+  return rz.total();
 }
 
 Array<Real> skew(const Skewed& skewed, const Array<Real>& of_cells, PressureMemory<Real>& memory) {
   Array<Real> to = take_zeros(memory, skewed.size());
-  for_each_tile(skewed,
-                [&](const Stretch& tile) { fill(skewed, tile, to, [&](std::size_t i) { return of_cells[i]; }); });
+  for_each_tile(
+      skewed, [&](const Stretch& tile) { fill(skewed, tile, to, [&](std::size_t i) { return load(&of_cells[i]); }); });
   return to;
 }
 
@@ -292,16 +282,17 @@ Array<Real> skew(const Skewed& skewed, const Array<Real>& of_cells, PressureMemo
 double refresh(const System<Real>& system, const Skewed& skewed, Array<double>& q, std::span<Real> x,
                std::span<Real> r) {
   for_each_tile(skewed, [&](const Stretch& tile) {
-    for_each_value(skewed, tile, x, [&](std::size_t i, Real value) { q[i] += value; });
+    add(skewed, tile, x, q);
     for_each_vector(skewed, tile, [&](std::size_t i) { store(&x[i], floatv(0.f)); });
   });
   const std::ptrdiff_t line = system.cells.line(), plane = system.cells.plane();
   for_each_tile(skewed, [&](const Stretch& tile) {
     fill(skewed, tile, r, [&](std::size_t i) {
       const double* const at = &q[i];
-      const double row =
-          product<double>(system.diagonal[i], at[0], at[-1], at[1], at[-line], at[line], at[-plane], at[plane]);
-      return system.diagonal[i] > 0 ? static_cast<Real>(system.right[i] - row) : 0;
+      const floatv diagonal = load(&system.diagonal[i]);
+      const doublev row = product(to_double(diagonal), load(at), load(at - 1), load(at + 1), load(at - line),
+                                  load(at + line), load(at - plane), load(at + plane));
+      return select(diagonal > 0.f, to_float(to_double(load(&system.right[i])) - row), 0.f);
     });
   });
   return Vectors{skewed}.dot(r, r);

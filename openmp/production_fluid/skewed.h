@@ -28,6 +28,7 @@ namespace lockstep::production_fluid::openmp {
 // Vectors begin .. end - 1 of a tile in a plane.
 struct Stretch {
   int tile, z, begin, end;
+  int of;  // the tile's number in Skewed::tiles
 };
 
 class Skewed {
@@ -80,7 +81,7 @@ inline Skewed::Skewed(const System<float>& system)
     : cells_(system.cells), tiles_along_y_((cells_.ny + lanes - 1) / lanes) {
   for (int z = 0; z < cells_.nz; ++z)
     for (int tile = 0; tile < tiles_along_y_; ++tile) {
-      Stretch all = {tile, z, cells_.nx + lanes, 0};
+      Stretch all = {tile, z, cells_.nx + lanes, 0, static_cast<int>(tiles_.size())};
       for (int l = 0; l < std::min(lanes, cells_.ny - tile * lanes); ++l) {
         const int line = tile * lanes + l + cells_.ny * z, first = system.first_run[line],
                   last = system.first_run[line + 1] - 1;
@@ -98,7 +99,7 @@ inline Skewed::Skewed(const System<float>& system)
       const int chunk = (begin + skew) / part_length, end = std::min(all.end, (chunk + 1) * part_length - skew);
       const std::size_t stage = all.tile + all.z + chunk;
       if (stages_.size() <= stage) stages_.resize(stage + 1);
-      stages_[stage].push_back({all.tile, all.z, begin, end});
+      stages_[stage].push_back({all.tile, all.z, begin, end, all.of});
       begin = end;
     }
   }

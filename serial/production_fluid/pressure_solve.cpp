@@ -27,18 +27,15 @@ void for_each_cell(const System<Real>& system, const F& f) {
   });
 }
 
-// The sum of f(i) over all cells, in the order of the contract.
+// The sum over all lines of f(y, z), in the order of the contract.
 template <class F>
-double sum(const System<Real>& system, const F& f) {
+double sum_of_lines(const System<Real>& system, const F& f) {
   const auto [nx, ny, nz] = system.cells;
   double sum = 0;
   for (int z = 0; z < nz; ++z)
     for (int first_line = 0; first_line < ny; first_line += lines_of_a_sum) {
       double line[lines_of_a_sum] = {};
-      for (int l = 0; l < std::min(lines_of_a_sum, ny - first_line); ++l)
-        for_each_run_of_line(system, first_line + l, z, [&](std::size_t first, int count, int) {
-          for (int k = 0; k < count; ++k) line[l] += f(first + k);
-        });
+      for (int l = 0; l < std::min(lines_of_a_sum, ny - first_line); ++l) line[l] = f(first_line + l, z);
       for (int half = lines_of_a_sum / 2; half > 0; half /= 2)
         for (int l = 0; l < half; ++l) line[l] += line[l + half];
       sum += line[0];
@@ -46,12 +43,30 @@ double sum(const System<Real>& system, const F& f) {
   return sum;
 }
 
+// Calls f(i) for each cell of a line that has a row, in order of x or in the opposite one.
+template <class F>
+void ascending(const System<Real>& system, int y, int z, const F& f) {
+  for_each_run_of_line(system, y, z, [&](std::size_t first, int count, int) {
+    for (int k = 0; k < count; ++k) f(first + k);
+  });
+}
+template <class F>
+void descending(const System<Real>& system, int y, int z, const F& f) {
+  const int line = y + system.cells.ny * z;
+  for (int run = system.first_run[line + 1] - 1; run >= system.first_run[line]; --run)
+    for (int x = system.runs[run].end - 1; x >= system.runs[run].begin; --x) f(system.cells.index(x, y, z));
+}
+
 // What the loop of conjugate gradients does with vectors (common/linear/dot.h, update.h).
 struct Vectors {
   const System<Real>& system;
 
   double dot(std::span<const Real> x, std::span<const Real> y) const {
-    return sum(system, [&](std::size_t i) { return static_cast<double>(x[i]) * y[i]; });
+    return sum_of_lines(system, [&](int line, int plane) {
+      double sum = 0;
+      ascending(system, line, plane, [&](std::size_t i) { sum += static_cast<double>(x[i]) * y[i]; });
+      return sum;
+    });
   }
   void axpy(Real a, std::span<const Real> x, std::span<Real> y) const {
     for_each_cell(system, [&](std::size_t i) { y[i] += a * x[i]; });
@@ -104,41 +119,23 @@ Neighbours neighbours_of(const Bordered& cells, int block, int y, int z) {
           (z + 1) % block > 0 ? plane : none};
 }
 
-// Calls f(i, neighbours) for each cell with a row, in order of x, y, z or in the opposite one.
-template <class F>
-void ascending(const System<Real>& system, int block, const F& f) {
-  for (int z = 0; z < system.cells.nz; ++z)
-    for (int y = 0; y < system.cells.ny; ++y) {
-      const Neighbours neighbours = neighbours_of(system.cells, block, y, z);
-      for_each_run_of_line(system, y, z, [&](std::size_t first, int count, int) {
-        for (int k = 0; k < count; ++k) f(first + k, neighbours);
-      });
-    }
-}
-template <class F>
-void descending(const System<Real>& system, int block, const F& f) {
-  const auto [nx, ny, nz] = system.cells;
-  for (int z = nz - 1; z >= 0; --z)
-    for (int y = ny - 1; y >= 0; --y) {
-      const Neighbours neighbours = neighbours_of(system.cells, block, y, z);
-      for (int run = system.first_run[y + ny * z + 1] - 1; run >= system.first_run[y + ny * z]; --run)
-        for (int x = system.runs[run].end - 1; x >= system.runs[run].begin; --x)
-          f(system.cells.index(x, y, z), neighbours);
-    }
-}
-
 // 1 / e of all cells.
 Array<Real> make_inverses(const System<Real>& system, int block, const linear::Modification& modification,
                           PressureMemory<Real>& memory) {
   const Real tau = static_cast<Real>(modification.tau), sigma = static_cast<Real>(modification.sigma);
   Array<Real> inverse = memory.take_zeros(system.cells.size()), share = memory.take_zeros(system.cells.size());
-  ascending(system, block, [&](std::size_t i, const Neighbours& n) {
-    const Real* const diagonal = &system.diagonal[i];
-    const Real upper_neighbours = Real(diagonal[1] > 0) + Real(diagonal[n.high_y] > 0) + Real(diagonal[n.high_z] > 0);
-    const Pivot<Real> p =
-        pivot(*diagonal, share[i - 1], share[i + n.low_y], share[i + n.low_z], upper_neighbours, tau, sigma);
-    inverse[i] = p.inverse, share[i] = p.share;
-  });
+  for (int z = 0; z < system.cells.nz; ++z)
+    for (int y = 0; y < system.cells.ny; ++y) {
+      const Neighbours n = neighbours_of(system.cells, block, y, z);
+      ascending(system, y, z, [&](std::size_t i) {
+        const Real* const diagonal = &system.diagonal[i];
+        const Real upper_neighbours =
+            Real(diagonal[1] > 0) + Real(diagonal[n.high_y] > 0) + Real(diagonal[n.high_z] > 0);
+        const Pivot<Real> p =
+            pivot(*diagonal, share[i - 1], share[i + n.low_y], share[i + n.low_z], upper_neighbours, tau, sigma);
+        inverse[i] = p.inverse, share[i] = p.share;
+      });
+    }
   memory.give_back(share);
   return inverse;
 }
@@ -146,13 +143,24 @@ Array<Real> make_inverses(const System<Real>& system, int block, const linear::M
 // z = M^-1 r. Returns r . z.
 double precondition(const System<Real>& system, int block, const Array<Real>& inverse, std::span<const Real> r,
                     std::span<Real> z) {
-  ascending(system, block, [&](std::size_t i, const Neighbours& n) {
-    z[i] = forward(inverse[i], r[i], z[i - 1], z[i + n.low_y], z[i + n.low_z]);
+  const auto [nx, ny, nz] = system.cells;
+  const double rz = sum_of_lines(system, [&](int line, int plane) {
+    const Neighbours n = neighbours_of(system.cells, block, line, plane);
+    double sum = 0;
+    ascending(system, line, plane, [&](std::size_t i) {
+      const Real ey = forward(r[i], z[i - 1], z[i + n.low_y], z[i + n.low_z]);
+      z[i] = inverse[i] * ey;
+      sum += static_cast<double>(ey) * z[i];
+    });
+    return sum;
   });
-  descending(system, block, [&](std::size_t i, const Neighbours& n) {
-    z[i] = backward(inverse[i], z[i], z[i + 1], z[i + n.high_y], z[i + n.high_z]);
-  });
-  return Vectors{system}.dot(r, z);
+  for (int plane = nz - 1; plane >= 0; --plane)
+    for (int line = ny - 1; line >= 0; --line) {
+      const Neighbours n = neighbours_of(system.cells, block, line, plane);
+      descending(system, line, plane,
+                 [&](std::size_t i) { z[i] = backward(inverse[i], z[i], z[i + 1], z[i + n.high_y], z[i + n.high_z]); });
+    }
+  return rz;
 }
 
 linear::Solution solve(const System<Real>& system, int block, const PressureSettings& settings,
