@@ -221,7 +221,7 @@ int scale(const ScaleOptions& options) {
       progress(what + when);
       const Case run = [&] {
         const PagesOfTeam near(std::min(std::ranges::max(options.cores), omp_get_num_procs()));
-        return kernel.make(scene_path);
+        return selected[k].kernel.make(selected[k].scene_path);
       }();
       for (const std::size_t c : missing) {
         const int cores = options.cores[c];
