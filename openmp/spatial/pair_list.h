@@ -29,8 +29,8 @@ namespace lockstep::spatial::openmp {
   if (list.failure->happened()) list.count = 0;
 }
 
-// Where the second elements of `more` pairs may be stored, and of sixteen behind them; null if there is no room. For who
-// knows the first elements; they are not stored.
+// Where the second elements of `more` pairs may be stored, and of sixteen behind them; null if there is no room. The
+// first elements are not stored: the caller knows them.
 LOCKSTEP_INLINE std::int32_t* room_for(PairList& list, int more) {
   while (list.count + more + lanes > static_cast<int>(list.b.size())) {
     make_room(list);
