@@ -10,8 +10,9 @@ namespace lockstep {
 
 inline constexpr std::size_t array_alignment = 64;  // one cache line, one AVX-512 vector
 
-// If set, each new block of at least `large_block` bytes goes through it, before its first use: who first writes to a
-// page decides which node of a machine's memory it is on. Set and read outside parallel regions.
+// If set, it is called with each new block of at least `large_block` bytes before anything is written there. The thread
+// that first writes to a page decides on which node of a machine's memory the page is (verify/pages.h). It may change
+// only while no other thread allocates.
 inline constexpr std::size_t large_block = 1 << 20;
 inline void (*on_large_block)(char* block, std::size_t bytes) = nullptr;
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "common/array.h"
@@ -14,7 +15,7 @@
 namespace lockstep::verify {
 namespace {
 
-// The pages of whole pages from `from` on, and whether each is in memory.
+// For each whole page within the block: whether it is in memory.
 std::vector<unsigned char> pages_there(char* from, std::size_t bytes) {
   const std::uintptr_t page = sysconf(_SC_PAGESIZE),
                        begin = (reinterpret_cast<std::uintptr_t>(from) + page - 1) / page * page,
@@ -47,7 +48,6 @@ TEST(Pages, OfLargeBlocksAreWrittenByATeam) {
   }
   EXPECT_LT(in_memory_after_allocation().first, all / 8);
 }
-
 
 }  // namespace
 }  // namespace lockstep::verify

@@ -76,13 +76,13 @@ inline Seam seam_around(int cut, const Units& units, int rows) {
 
 // For passes whose units touch different rows each: every thread sweeps a band of rows of its own. First, in all bands
 // at once, comes what needs no row beyond the band; then what is left, the seams around the cuts. Each pass makes a
-// seam wider by the rows that one of its units spans, or not at all where a unit ends with the seam.
+// seam wider by the rows that one of its units spans, or not at all where no unit reaches beyond the seam.
 struct Bands {
   std::vector<Units> bands;  // in order each; no two bands touch the same row
   std::vector<Units> seams;  // after all bands; in order each, and no two seams touch the same row
 };
 
-// Units repeat every `period` rows. There are as many bands as seams have room, and at most `most_bands`.
+// Units repeat every `period` rows. There are at most `most_bands` bands, and no more than leave each seam its rows.
 inline Bands cut_into_bands(const Units& units, int rows, int period, int most_bands) {
   // Where in the period a cut is decides how high its seam is.
   int best = rows / 2;

@@ -118,7 +118,7 @@ void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& lev
     Found& of_node = found[node];
     of_node.thread = omp_get_thread_num(), of_node.begin = mine.count;
     reached.descend(in_all_lanes(boxes_a.box(levels_a.first[1] + node)), same ? node : 0, *mine.failure);
-    // Local copies, as lists are stored to below.
+    // The loop below stores to lists. The compiler cannot know that this leaves these pointers as they are.
     const Vector3<const float*> low = pointers(std::as_const(reached.boxes_of_elements.low)),
                                 high = pointers(std::as_const(reached.boxes_of_elements.high));
     const std::int32_t* const elements = reached.elements.data();

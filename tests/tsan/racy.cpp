@@ -150,7 +150,9 @@ void seams_without_barrier(Cloth<float>& cloth) {
     if (const int down = cloth.families[pass / 2].down; down > 0)
       for (int r = 0; r + down < cloth.sheet.rows; ++r)
         if (r / down % 2 == pass % 2) units.push_back({pass, r, r + down + 1, down});
-  const cloth::openmp::Bands shared = cloth::openmp::cut_into_bands(units, cloth.sheet.rows, 4, omp_get_max_threads());
+  constexpr int period = 4;  // rows: colours alternate every row, and every two rows
+  const cloth::openmp::Bands shared =
+      cloth::openmp::cut_into_bands(units, cloth.sheet.rows, period, omp_get_max_threads());
   const int bands = static_cast<int>(shared.bands.size());
 #pragma omp parallel
   {
