@@ -38,7 +38,7 @@ std::map<std::string, Fields> documented() {
   }
   for (const char* command : {"verify", "bench", "scale", "endure", "figures", "list"})
     fields[command].merge(Fields(fields["every report"]));
-  for (const char* field : {"quick", "command", "complete"}) fields["list"].erase(field);
+  for (const char* field : {"quick", "brief", "command", "complete"}) fields["list"].erase(field);
   // Reports of figures have costs, and rows of the model, as scale has them.
   const Fields not_of_figures = {"rows.passes", "machine.given"};
   for (const std::string& field : fields["scale"])

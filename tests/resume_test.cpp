@@ -72,7 +72,8 @@ TEST_F(Resume, FiguresMeasuresWhatIsMissing) {
       for (const int iterations : {5, 20, 80})
         rows.push_back({{"scene", scene}, {"form", form}, {"iterations", iterations}, {"residual", made_up}});
   const std::size_t missing = rows.size() - 1;
-  Json cut = {{"schema", 1}, {"quick", true}, {"machine", Json::parse(run({"list", "--json"}).out)["machine"]}};
+  Json cut = {{"schema", 1}, {"quick", true}, {"brief", false}};
+  cut["machine"] = Json::parse(run({"list", "--json"}).out)["machine"];
   cut["rows"] = rows;
   cut["rows"].erase(missing);
   write_bytes(path("cloth_convergence.json"), cut.dump());
@@ -145,6 +146,9 @@ TEST_F(Resume, MixesNoReports) {
   Json other = good;
   other["quick"] = false;
   expect(other, "its quick is false");
+  other = good;
+  other["brief"] = true;
+  expect(other, "its brief is true");
   other = good;
   other["schema"] = 0;
   expect(other, "its schema is 0");

@@ -55,7 +55,8 @@ class Tables(unittest.TestCase):
 
     def test_a_line_has_the_times_of_a_scene_and_their_ratios(self):
         text = self.written()
-        self.assertIn("| relax colours | flag_128 | 16,384 particles | 12 |  | 4 (x 3.00) ±15 % | 2.5 (x 1.60) * |", text)
+        relax = "| relax colours | flag_128 | 16,384 particles | 12 |  | 4 (x 3.00) ±15 % | 2.5 (x 1.60) * |"
+        self.assertIn(relax, text)
         self.assertIn("| spheres | rounds | 1,234,567 pairs |  |  | 0.5 |  |", text)
 
     def test_a_page_keeps_its_beginning_and_loses_old_tables(self):

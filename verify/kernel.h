@@ -36,8 +36,8 @@ struct Course {
 struct Judgement {
   Verdict verdict;
   bool passed = true;
-  double error = 0, bound = 0;  // of the worst element; bitwise: the number of differences, and 0
-  std::string worst_at;         // its name and both values
+  double error = 0, bound = 0;       // of the worst element; bitwise: the number of differences, and 0
+  std::string worst_at;              // its name and both values
   std::vector<Course> courses = {};  // where frames of whole runs are compared
 };
 
@@ -48,7 +48,7 @@ struct Work {
   double bytes;         // read from or written to memory, if caches hold nothing from one iteration to the next
   double flops;         // of the serial form
   double lane_use = 0;  // openmp: the share of lanes in use; 0 if unknown
-  double data = 0;      // of a solver: bytes of all arrays that an iteration goes through, once each; 0 for others
+  double data = 0;      // bytes of all arrays, once each, where a run or an iteration comes to them again; 0: bytes
 };
 
 // The share of lanes in use if runs of these lengths each start in a new vector.

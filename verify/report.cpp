@@ -107,6 +107,7 @@ void Report::read_earlier() {
   };
   expect_same("schema", part(report, "schema"), schema);
   expect_same("quick", part(report, "quick"), options_.quick);
+  expect_same("brief", part(report, "brief"), options_.brief);
   expect_same("shard", part(report, "shard"), json_of(options_.shard));
   // Another command would put other cases at a shard's places.
   if (options_.shard) expect_same("command", part(report, "command"), options_.command);
@@ -144,6 +145,7 @@ void Report::write(const nlohmann::ordered_json& rows, bool complete) {
                                    {"command", options_.command},
                                    {"complete", complete},
                                    {"quick", options_.quick},
+                                   {"brief", options_.brief},
                                    {"machine", on}};
   if (options_.shard) report["shard"] = json_of(options_.shard);
   report["rows"] = rows;

@@ -109,9 +109,10 @@ void print(const nlohmann::ordered_json& row, double first_ms) {
               percent("serial"), percent("together"), percent("locks"), percent("dispatch"), percent("waiting"));
 }
 
-// Of the work, the bytes that go to memory: none if the last-level cache holds the data.
+// Of the work, the bytes that come from memory: the share of the data that the last-level cache has no room for.
 double bytes_of(const Repeatable& what, const Model& model) {
-  return (what.data > 0 ? what.data : what.bytes) > model.last_level_cache_bytes ? what.bytes : 0;
+  const double data = what.data > 0 ? what.data : what.bytes, beyond = data - model.last_level_cache_bytes;
+  return beyond > 0 ? what.bytes * beyond / data : 0;
 }
 
 }  // namespace

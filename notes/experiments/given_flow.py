@@ -1,7 +1,7 @@
 """How much volume a level set lost in a given flow that brings it back, and how much is misplaced.
 
-/usr/bin/python3 notes/experiments/given_flow.py FOLDER: compares the last frame that `lockstep run` wrote there with the
-first, by cells' shares of liquid (liquid_share in common/production_fluid/state.h)."""
+/usr/bin/python3 notes/experiments/given_flow.py FOLDER: compares the last frame that `lockstep run` wrote there with
+the first, by cells' shares of liquid (liquid_share in common/production_fluid/state.h)."""
 
 import pathlib
 import sys

@@ -25,21 +25,30 @@ std::shared_ptr<const Read> read(const std::string& path) {
 
 using Update = std::function<void(State&)>;
 
-Case make(const std::shared_ptr<const Read>& in, const Update& serial, const Update& openmp, double bytes,
-          double flops) {
+// Of an element: floats that are read or written; floats that there are; flops.
+struct Cost {
+  double moved, held, flops;
+};
+
+Case make(const std::shared_ptr<const Read>& in, const Update& serial, const Update& openmp, const Cost& cost) {
   const double n = double(in->p.size());
   return make_case<State>({.start = in->start,
                            .serial = serial,
                            .best_serial = nullptr,
                            .openmp = openmp,
                            .compare = nullptr,
-                           .work = {n, "elements", bytes * n, flops * n}});
+                           .work = {.items = n,
+                                    .unit = "elements",
+                                    .bytes = sizeof(float) * cost.moved * n,
+                                    .flops = cost.flops * n,
+                                    .data = sizeof(float) * cost.held * n}});
 }
 
 Case make_axpy(const std::string& path) {
   const auto in = read(path);
   return make(
-      in, [in](State& s) { serial::axpy(.7f, in->p, s.y); }, [in](State& s) { openmp::axpy(.7f, in->p, s.y); }, 12, 2);
+      in, [in](State& s) { serial::axpy(.7f, in->p, s.y); }, [in](State& s) { openmp::axpy(.7f, in->p, s.y); },
+      {.moved = 3, .held = 2, .flops = 2});
 }
 
 Case make_advance(const std::string& path) {
@@ -47,7 +56,7 @@ Case make_advance(const std::string& path) {
   const auto with = [in](Advance<float>* advance) {
     return [in, advance](State& s) { advance(.7f, in->p, .3f, s.x, s.y); };
   };
-  return make(in, with(serial::advance), with(openmp::advance), 20, 4);
+  return make(in, with(serial::advance), with(openmp::advance), {.moved = 5, .held = 3, .flops = 4});
 }
 
 Case make_descend(const std::string& path) {
@@ -55,7 +64,7 @@ Case make_descend(const std::string& path) {
   const auto with = [in](Descend<float>* descend) {
     return [in, descend](State& s) { s.number[0] = descend(.7f, in->p, s.y); };
   };
-  return make(in, with(serial::descend), with(openmp::descend), 12, 4);
+  return make(in, with(serial::descend), with(openmp::descend), {.moved = 3, .held = 2, .flops = 4});
 }
 
 const Scenes scenes = {.verify = {"poisson_64", "file_truss", "file_general"},
