@@ -35,24 +35,24 @@ TEST(ScaleGiven, ReplacesWhatIsNamedAndNothingElse) {
   }
 }
 
-// The memory's time is bytes over bandwidth, where the cache does not hold them; the row takes the longer of both.
+// The memory's time is that of the bytes beyond the cache of 1 MB, at the memory's rate.
 TEST(ScaleGiven, BoundsTheRowByTheMemoryGiven) {
   const verify::Replayed replayed = {.total = 2e6, .compute = 2e6};
   const verify::Repeatable what = {{}, {}, 3e6};
   const auto memory_ms = [&](const std::map<std::string, double>& given) {
     return verify::fields_of(replayed, what, 2, verify::with_given(ours, given))["memory_ms"].get<double>();
   };
-  EXPECT_DOUBLE_EQ(memory_ms({}), .1);
-  EXPECT_DOUBLE_EQ(memory_ms({{"memory_gb_per_s", 300}}), .01);
+  EXPECT_DOUBLE_EQ(memory_ms({}), 2e6 / 30e9 * 1e3);
+  EXPECT_DOUBLE_EQ(memory_ms({{"memory_gb_per_s", 300}}), 2e6 / 300e9 * 1e3);
   EXPECT_EQ(memory_ms({{"last_level_cache_bytes", 4e6}}), 0);
 }
 
-// Iterations find in the cache what the one before left there, if it holds what one of them goes through.
-TEST(ScaleGiven, MemoryIsReadAnewWhereTheCacheDoesNotHoldAnIteration) {
+// Iterations find in the cache the share of their data that it has room for.
+TEST(ScaleGiven, MemoryIsReadAnewWhereTheCacheHasNoRoomForAnIteration) {
   const auto memory_ms = [](double data) {
     return verify::fields_of({}, {{}, {}, 3e6, data}, 2, ours)["memory_ms"].get<double>();
   };
-  EXPECT_DOUBLE_EQ(memory_ms(1.5e6), .1);  // the cache has 1 MB
+  EXPECT_DOUBLE_EQ(memory_ms(1.5e6), 3e6 / 3 / 30e9 * 1e3);  // the cache has 1 MB: a third of each iteration
   EXPECT_EQ(memory_ms(1e6), 0);
 }
 
