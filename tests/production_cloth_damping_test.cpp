@@ -180,8 +180,8 @@ TEST(ProductionClothDamping, TakesSharesOfCriticalDamping) {
   EXPECT_NEAR(flat_v.dot(damped.damp(flat_v)), power, 1e-5 * power);
 }
 
-// (M + s D) (v' - v) = s (f - D v) for free vertices, by Cholesky, from any guess. The residual, 1e-12 of the right-hand side, is at
-// most that by the condition: A's least eigenvalue is the least mass.
+// (M + s D) (v' - v) = s (f - D v) for free vertices, by Cholesky, from any guess. The residual, 1e-12 of the right-hand
+// side, is at most that by the condition: A's least eigenvalue is the least mass.
 TEST(ProductionClothDamping, SolvesWhatADenseSolveDoes) {
   for (const Material& material : all_materials())
     for (const SmallCloth& cloth : damped_cloths(material))
@@ -206,8 +206,8 @@ TEST(ProductionClothDamping, SolvesWhatADenseSolveDoes) {
       }
 }
 
-// Whatever its length and its sign, a guess along the solution leaves nothing to solve; and of two solves, what is
-// weighted is what the next one should be, if all three lie in a plane.
+// Whatever its length and its sign, a guess along the solution leaves nothing to solve. Changes of which each is the
+// same sum of the two before are guessed exactly.
 TEST(ProductionClothDamping, TakesNoIterationFromTheSolution) {
   for (const Material& material : all_materials()) {
     DampedCloth damped(sheet_of(6, 5, material), .004, 2);
@@ -221,9 +221,9 @@ TEST(ProductionClothDamping, TakesNoIterationFromTheSolution) {
     EXPECT_EQ(damped.solve(1e-3, {.tolerance = 1e-9, .iterations = 1000}, found).iterations, 0);
     EXPECT_LE((flat(found, n) - flat(expected, n)).norm(), 1e-9 * flat(expected, n).norm());
 
-    // Changes are linear in velocities: those of v, 2 v + w, 3 v + 2 w, 4 v + 3 w are each twice the last less the one
-    // before.
-    std::ranges::fill(damped.force.x, 0.), std::ranges::fill(damped.force.y, 0.), std::ranges::fill(damped.force.z, 0.);
+    // Without forces, changes are linear in velocities: those of v, 2 v + w, 3 v + 2 w, 4 v + 3 w are each twice the
+    // last less the one before.
+    for (Array<double>* c : {&damped.force.x, &damped.force.y, &damped.force.z}) std::ranges::fill(*c, 0.);
     damped.changes = make_changes<double>(n);
     const Vectors<double> w = some_velocities(n, 5);
     for (int k = 0; k < 4; ++k) {
