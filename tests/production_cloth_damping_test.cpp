@@ -180,8 +180,8 @@ TEST(ProductionClothDamping, TakesSharesOfCriticalDamping) {
   EXPECT_NEAR(flat_v.dot(damped.damp(flat_v)), power, 1e-5 * power);
 }
 
-// (M + s D) (v' - v) = s (f - D v) for free vertices, by Cholesky, from any guess. The residual, 1e-12 of the right-hand
-// side, is at most that by the condition: A's least eigenvalue is the least mass.
+// (M + s D) (v' - v) = s (f - D v) for free vertices, by Cholesky, from any guess. The residual, 1e-12 of the
+// right-hand side, is at most that by the condition: A's least eigenvalue is the least mass.
 TEST(ProductionClothDamping, SolvesWhatADenseSolveDoes) {
   for (const Material& material : all_materials())
     for (const SmallCloth& cloth : damped_cloths(material))
