@@ -16,7 +16,7 @@
 // The solve begins with a guess g: a sum of the changes that the last two solves of the kind made, with the weights by
 // which the last of them would have been guessed best, in the 2-norm, from the two before it. It goes along g as far as
 // conjugate gradients go along a direction, (g . b) / (g . A g). So no guess is worse than none, in the energy norm of
-// A. A product with A costs less beside D v, which the right side needs.
+// A. A product with A costs less beside D v, which the right side needs. Where both weights are 0 there is no guess.
 //
 // In:      elements; state, what the same version's `forces` has made of the present shape; mass, kg; inverse_mass,
 //          1/kg, 0 of held vertices; half_step, s, in seconds; force, N: the elastic forces; when to stop.
@@ -30,7 +30,7 @@
 // Source: Bridson, Marino and Fedkiw 2003, section 2; [ITJ07] "Production Cloth".
 #pragma once
 
-#include <array>
+#include <utility>
 
 #include "common/linear/conjugate_gradients.h"
 #include "common/production_cloth/forces.h"
@@ -91,13 +91,25 @@ inline Parts<T, 3> damping_of_membrane(const Elements<Real>& elements, const Mem
   return parts_of_membrane(m, damping_stress(share * T(elements.lambda), share * T(elements.mu), f, rate));
 }
 
-// The weights of y and z in what is nearest to x in the 2-norm, by dot products. Where y and z are parallel but for a
-// thousandth, or one is 0: all of y.
 template <class Real>
-inline std::array<Real, 2> weights_of_fit(double xy, double xz, double yy, double yz, double zz) {
+inline bool has_guess(const Changes<Real>& changes) {
+  return changes.weight[0] != 0 || changes.weight[1] != 0;
+}
+
+// Makes the change x, which stands in `before`, the last one. xx, xy, xz: its dot products with itself, with y, which
+// is the last one until then, and with z before it. The next weights are those of y and z in what is nearest to x in
+// the 2-norm. Where y and z are parallel but for a thousandth, or one is 0: all of x, if it is not 0.
+template <class Real>
+inline void keep_change(Changes<Real>& changes, double xx, double xy, double xz) {
+  const double yy = changes.product[0], yz = changes.product[1], zz = changes.product[2];
   const double determinant = yy * zz - yz * yz;
-  if (!(determinant > 1e-6 * (yy * zz))) return {1, 0};
-  return {static_cast<Real>((xy * zz - xz * yz) / determinant), static_cast<Real>((xz * yy - xy * yz) / determinant)};
+  if (determinant > 1e-6 * (yy * zz))
+    changes.weight = {static_cast<Real>((xy * zz - xz * yz) / determinant),
+                      static_cast<Real>((xz * yy - xy * yz) / determinant)};
+  else
+    changes.weight = {Real(xx > 0 ? 1 : 0), 0};
+  changes.product = {xx, xy, yy};
+  std::swap(changes.last, changes.before);
 }
 
 }  // namespace lockstep::production_cloth

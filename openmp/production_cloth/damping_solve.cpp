@@ -161,7 +161,7 @@ void damp(const Elements<Real>& elements, const State<Real>& state, const Inputs
 }
 
 // The sums of a block. Those of one loop are read until the next loop but one, so no two loops in a row share any.
-enum Sum { pq, rr, rz, bb, gb, of_fit = bb, sums_of_block = of_fit + 5 };
+enum Sum { pq, rr, rz, bb, gb, xx = bb, xy, xz, sums_of_block = 8 };
 
 // A sum of all blocks, added up in their order.
 double total(const DampingRoom& room, int which) {
@@ -216,39 +216,41 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
         });
     return total(room, pq);
   };
-  // r -= step q; r . r and r . z, z = M^-1 r.
+  // r . r and r . z of a block, z = M^-1 r.
+  const auto sum_residual = [&](int block, int begin, int end) {
+    doublev of_rr = 0., of_rz = 0.;
+    for (int k = begin; k < end; k += lanes) {
+      const floatv rest = load(&r[k]);
+      of_rr = add_products(of_rr, rest, rest);
+      of_rz = add_products(of_rz, rest, load(&room.inverse_mass[k]) * rest);
+    }
+    sums(block)[rr] = reduce_add(of_rr), sums(block)[rz] = reduce_add(of_rz);
+  };
+  // r -= step q; |r|.
   const auto descend = [&](Real step) {
     for_each_block(n, [&](int block, int begin, int end) {
-      doublev of_rr = 0., of_rz = 0.;
-      for (int k = begin; k < end; k += lanes) {
-        const floatv rest = load(&r[k]) - step * load(&q[k]);
-        store(&r[k], rest);
-        of_rr = add_products(of_rr, rest, rest);
-        of_rz = add_products(of_rz, rest, load(&room.inverse_mass[k]) * rest);
-      }
-      sums(block)[rr] = reduce_add(of_rr), sums(block)[rz] = reduce_add(of_rz);
+      for (int k = begin; k < end; k += lanes) store(&r[k], load(&r[k]) - step * load(&q[k]));
+      sum_residual(block, begin, end);
     });
     return std::sqrt(total(room, rr));
   };
 
-  linear::Solution solution;
-#pragma omp parallel
-  {
-    for_each_block(n, [&](int, int begin, int end) {
-      for_each_slice(begin, end, [&](int i) {
-        const floatv inverse = select(free(i), load(&inverse_mass[lanes * i]), floatv(0.f));
-        set(x, i, select(first_lanes(elements.vertices - lanes * i), load(v, lanes * i), none));
-        set(room.inverse_mass, i, {inverse, inverse, inverse});
-      });
-      for (int k = begin; k < end; k += lanes) store(&p[k], guess(k));
-    });
+  const auto set_right_side = [&](int slice, const Vector3<floatv>& pulls) {
+    const Vector3<floatv> rest = half_step * (load(f, lanes * slice) + pulls);
+    set(r, slice, select(free(slice), rest, none));
+  };
+  // The right-hand side, and its norm.
+  const auto begin_without_guess = [&] {
+    damp<1>(
+        elements, state, {x}, room, memory.rates,
+        [&](int slice, const Pulls<1>& pulls) { set_right_side(slice, pulls[0]); }, sum_residual);
+    return std::sqrt(total(room, rr));
+  };
+  // The right-hand side, and A times the guess, which is the first direction.
+  const auto multiply_guess = [&] {
     damp<2>(
         elements, state, {x, p}, room, memory.rates,
-        [&](int i, const Pulls<2>& pulls) {
-          const Vector3<floatv> rest = half_step * (load(f, lanes * i) + pulls[0]);
-          set(r, i, select(free(i), rest, none));
-          row(i, pulls[1]);
-        },
+        [&](int slice, const Pulls<2>& pulls) { set_right_side(slice, pulls[0]), row(slice, pulls[1]); },
         [&](int block, int begin, int end) {
           doublev of_bb = 0., of_gb = 0., of_gq = 0.;
           for (int k = begin; k < end; k += lanes) {
@@ -258,12 +260,33 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
           }
           sums(block)[bb] = reduce_add(of_bb), sums(block)[gb] = reduce_add(of_gb), sums(block)[pq] = reduce_add(of_gq);
         });
+  };
 
+  const bool is_guessed = has_guess(changes);
+  linear::Solution solution;
+#pragma omp parallel
+  {
+    for_each_block(n, [&](int, int begin, int end) {
+      for_each_slice(begin, end, [&](int i) {
+        const floatv inverse = select(free(i), load(&inverse_mass[lanes * i]), floatv(0.f));
+        set(x, i, select(first_lanes(elements.vertices - lanes * i), load(v, lanes * i), none));
+        set(room.inverse_mass, i, {inverse, inverse, inverse});
+      });
+      if (is_guessed)
+        for (int k = begin; k < end; k += lanes) store(&p[k], guess(k));
+    });
     // As far along the guess as along a direction; the rest is solved for. Every thread has these of its own, with the
     // same bits.
-    const double norm_of_b = std::sqrt(total(room, bb)), gq = total(room, pq);
-    const Real along = gq > 0 ? static_cast<Real>(total(room, gb) / gq) : 0;
-    const double norm_of_rest = descend(along), left = norm_of_b > 0 ? norm_of_rest / norm_of_b : 0;
+    Real along = 0;
+    double norm_of_rest = 0, left = 1;  // |rest| / |b|
+    if (is_guessed) {
+      multiply_guess();
+      const double norm_of_b = std::sqrt(total(room, bb)), gq = total(room, pq);
+      along = gq > 0 ? static_cast<Real>(total(room, gb) / gq) : 0;
+      norm_of_rest = descend(along), left = norm_of_b > 0 ? norm_of_rest / norm_of_b : 0;
+    } else {
+      norm_of_rest = begin_without_guess();
+    }
     linear::Solution mine;
     if (norm_of_rest != 0) mine = {.iterations = 0, .recursive_residual = 1, .true_residual = std::nan("")};
     double of_rz = 0;
@@ -289,18 +312,16 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
     }
     const bool is_there = mine.iterations > 0, is_last_step_due = is_there && done();
     for_each_block(n, [&](int block, int begin, int end) {
-      doublev of[5] = {0., 0., 0., 0., 0.};
+      doublev of_xx = 0., of_xy = 0., of_xz = 0.;
       for (int k = begin; k < end; k += lanes) {
-        const floatv last = load(&changes.last[k]), before = load(&changes.before[k]), g = guess(k);
         floatv change = is_there ? load(&x[k]) : floatv(0.f);
         if (is_last_step_due) change = change + floatv(step) * load(&p[k]);
-        change = change + along * g;
-        of[0] = add_products(of[0], change, last), of[1] = add_products(of[1], change, before);
-        of[2] = add_products(of[2], last, last), of[3] = add_products(of[3], last, before);
-        of[4] = add_products(of[4], before, before);
+        if (is_guessed) change = change + along * guess(k);
+        of_xx = add_products(of_xx, change, change), of_xy = add_products(of_xy, change, load(&changes.last[k]));
+        of_xz = add_products(of_xz, change, load(&changes.before[k]));
         store(&changes.before[k], change);
       }
-      for (int s = 0; s < 5; ++s) sums(block)[of_fit + s] = reduce_add(of[s]);
+      sums(block)[xx] = reduce_add(of_xx), sums(block)[xy] = reduce_add(of_xy), sums(block)[xz] = reduce_add(of_xz);
       for_each_slice(begin, end,
                      [&](int i) { store(v, lanes * i, load(v, lanes * i) + record(changes.before, i), free(i)); });
     });
@@ -308,9 +329,7 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
 #pragma omp single nowait
     solution = mine, solution.recursive_residual *= left;
   }
-  const auto of = [&](int s) { return total(room, of_fit + s); };
-  std::ranges::copy(weights_of_fit<Real>(of(0), of(1), of(2), of(3), of(4)), changes.weight.begin());
-  std::swap(changes.last, changes.before);
+  keep_change(changes, total(room, xx), total(room, xy), total(room, xz));
   return solution;
 }
 

@@ -19,7 +19,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
 
 #include "common/linear/conjugate_gradients.h"
 #include "common/linear/dot.h"
@@ -143,21 +142,30 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
   };
 
   for (int i = 0; i < elements.vertices; ++i) set(x, i, load(velocity, i));
-  for (std::size_t k = 0; k < guess.size(); ++k)
-    guess[k] = changes.weight[0] * changes.last[k] + changes.weight[1] * changes.before[k];
-  damp<2>(elements, state, {product(0, x), product(1, guess)});
-  const std::span<Real> q = memory.pulls[1];  // A times the guess
+  const bool is_guessed = has_guess(changes);
+  if (is_guessed) {
+    for (std::size_t k = 0; k < guess.size(); ++k)
+      guess[k] = changes.weight[0] * changes.last[k] + changes.weight[1] * changes.before[k];
+    damp<2>(elements, state, {product(0, x), product(1, guess)});
+  } else {
+    damp<1>(elements, state, {product(0, x)});
+  }
   for (int i = 0; i < elements.vertices; ++i) {
     const Vector3<Real> rest = half_step * (load(force, i) + record(memory.pulls[0], i));
     set(b, i, select(inverse_mass[i] > 0, rest, none));
-    set(q, i, row(i, record(guess, i), record(q, i)));
   }
 
   // As far along the guess as along a direction; the rest is solved for.
-  const double norm_of_b = std::sqrt(dot(b, b)), gq = dot(guess, q);
-  const Real along = gq > 0 ? static_cast<Real>(dot(guess, b) / gq) : 0;
-  const double norm_of_rest = std::sqrt(linear::serial::descend(along, q, b));
-  const double left = norm_of_b > 0 ? norm_of_rest / norm_of_b : 0;
+  Real along = 0;
+  double left = 1;  // |rest| / |b|
+  if (is_guessed) {
+    const std::span<Real> q = memory.pulls[1];  // A times the guess
+    for (int i = 0; i < elements.vertices; ++i) set(q, i, row(i, record(guess, i), record(q, i)));
+    const double norm_of_b = std::sqrt(dot(b, b)), gq = dot(guess, q);
+    along = gq > 0 ? static_cast<Real>(dot(guess, b) / gq) : 0;
+    const double norm_of_rest = std::sqrt(linear::serial::descend(along, q, b));
+    left = norm_of_b > 0 ? norm_of_rest / norm_of_b : 0;
+  }
 
   const auto multiply = [&](std::span<const Real> p, std::span<Real> q) {
     damp<1>(elements, state, {product(0, p)});
@@ -173,17 +181,14 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
       linear::serial::conjugate_gradients(system, b, x, {stop.tolerance / left, stop.iterations});
   solution.recursive_residual *= left;
 
-  linear::serial::axpy(along, guess, x);
+  if (is_guessed) linear::serial::axpy(along, guess, x);
   for (int i = 0; i < elements.vertices; ++i) {
     const Vector3<Real> v = load(velocity, i);
     store(velocity, i, select(inverse_mass[i] > 0, v + record(x, i), v));
   }
-  const std::span<const Real> change = x, last = changes.last, before = changes.before;
-  std::ranges::copy(weights_of_fit<Real>(dot(change, last), dot(change, before), dot(last, last), dot(last, before),
-                                         dot(before, before)),
-                    changes.weight.begin());
-  std::ranges::copy(change, changes.before.begin());
-  std::swap(changes.last, changes.before);
+  const double xx = dot(x, x), xy = dot(x, changes.last), xz = dot(x, changes.before);
+  std::ranges::copy(x, changes.before.begin());
+  keep_change(changes, xx, xy, xz);
   return solution;
 }
 

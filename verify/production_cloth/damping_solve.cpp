@@ -24,6 +24,7 @@ void for_each_array(S& damped, const F& f) {
   f("last change", damped.changes.last, damped.changes.last.size());
   f("change before", damped.changes.before, damped.changes.before.size());
   f("weight", damped.changes.weight, damped.changes.weight.size());
+  f("product", damped.changes.product, damped.changes.product.size());
   f("number", damped.number, damped.number.size());
 }
 
