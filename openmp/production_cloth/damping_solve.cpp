@@ -161,7 +161,8 @@ void damp(const Elements<Real>& elements, const State<Real>& state, const Inputs
 }
 
 // The sums of a block. Those of one loop are read until the next loop but one, so no two loops in a row share any.
-enum Sum { pq, rr, rz, bb, gb, xx = bb, xy, xz, sums_of_block = 8 };
+enum Sum { pq, rr, rz, bb, gb, xx = bb, xy, xz };
+constexpr std::size_t sums_of_block = 8;  // a cache line
 
 // A sum of all blocks, added up in their order.
 double total(const DampingRoom& room, int which) {
