@@ -10,6 +10,7 @@
 #include <cstring>
 #include <eigen3/Eigen/Dense>
 
+#include "common/linear/dot.h"
 #include "tests/production_cloths.h"
 
 namespace lockstep::production_cloth {
