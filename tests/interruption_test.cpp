@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "tests/cli.h"
+#include "verify/run_state.h"
 
 namespace lockstep {
 namespace {
@@ -141,7 +142,8 @@ TEST_F(Interruption, GoesOnWithNoOtherRun) {
   expect_refused({"run", "--scene", fluid, "--out", path("out.fluid"), "--resume"}, "--resume");
   expect_refused({"run", "--scene", "scenes/levelset/slab_33.toml", "--out", path("level"), "--resume"}, "--resume");
 
-  const std::string state = path("frames/state.lockstep"), good = read_bytes(state);
+  const std::string state = path("frames/state.lockstep"), good = read_bytes(state),
+                    run_of_it = verify::run_of_state(state);
   for (const std::size_t size :
        {std::size_t(0), std::size_t(10), std::size_t(17), std::size_t(20), good.size() / 2, good.size() - 1}) {
     write_bytes(state, good.substr(0, size));
@@ -153,6 +155,10 @@ TEST_F(Interruption, GoesOnWithNoOtherRun) {
     write_bytes(state, flipped);
     expect_refused(of(fluid, "frames", 5, 1, true), "damaged");
   }
+  // As by a version of other arrays.
+  std::vector<char> one(8);
+  verify::write_state(state, run_of_it, 3, {verify::keep(one)});
+  expect_refused(of(fluid, "frames", 5, 1, true), "of a version of lockstep that kept other arrays");
 }
 
 // The child gets its own file system of 64 KB.

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <eigen3/Eigen/Dense>
 
+#include "common/linear/dot.h"
 #include "tests/production_cloths.h"
 
 namespace lockstep::production_cloth {
@@ -23,6 +24,7 @@ struct DampedCloth {
   State<double> state;
   Vectors<double> position, force;
   Array<double> mass, inverse_mass;
+  Changes<double> changes;
   DampingMemory<double> memory;
 
   DampedCloth(const SmallCloth& cloth, double shake, int held)
@@ -31,6 +33,7 @@ struct DampedCloth {
         position(shaken(cloth.rest, cloth.topology.vertices, shake)),
         mass(lumped_masses(cloth.topology, cloth.rest, cloth.material.density)),
         inverse_mass(mass.size()),
+        changes(make_changes<double>(cloth.topology.vertices)),
         memory(serial::make_damping_memory(elements)) {
     force.resize(elements.vertices);
     serial::forces(elements, position, state, force);
@@ -38,7 +41,8 @@ struct DampedCloth {
   }
 
   linear::Solution solve(double half_step, const linear::Stop& stop, Vectors<double>& velocity) {
-    return serial::damping_solve(elements, state, mass, inverse_mass, half_step, force, stop, velocity, memory);
+    return serial::damping_solve(elements, state, mass, inverse_mass, half_step, force, stop, velocity, changes,
+                                 memory);
   }
 
   // D v, by the right-hand side s (f - D v) of no iteration.
@@ -47,7 +51,9 @@ struct DampedCloth {
     velocity.resize(elements.vertices), none.resize(elements.vertices);
     for (int i = 0; i < elements.vertices; ++i) store(velocity, i, {v[3 * i], v[3 * i + 1], v[3 * i + 2]});
     const Array<double> free(mass.size(), 1);
-    serial::damping_solve(elements, state, mass, free, 1., none, {.tolerance = 1, .iterations = 0}, velocity, memory);
+    Changes<double> no_guess = make_changes<double>(elements.vertices);
+    serial::damping_solve(elements, state, mass, free, 1., none, {.tolerance = 1, .iterations = 0}, velocity, no_guess,
+                          memory);
     Eigen::VectorXd result(v.size());
     for (int i = 0; i < v.size(); ++i) result[i] = -memory.b[4 * (i / 3) + i % 3];
     return result;
@@ -71,6 +77,22 @@ Vectors<double> some_velocities(int vertices, unsigned seed = 7) {
   Vectors<double> none;
   none.resize(vertices);
   return shaken(none, vertices, 1, seed);
+}
+
+// Of vertices that are not among the first `held`.
+Changes<double> some_changes(int vertices, int held) {
+  Changes<double> changes = make_changes<double>(vertices);
+  const Vectors<double> last = some_velocities(vertices, 8), before = some_velocities(vertices, 9);
+  for (int i = held; i < vertices; ++i) {
+    const Vector a = load(last, i), b = load(before, i);
+    changes.last[4 * i] = a.x, changes.last[4 * i + 1] = a.y, changes.last[4 * i + 2] = a.z;
+    changes.before[4 * i] = b.x, changes.before[4 * i + 1] = b.y, changes.before[4 * i + 2] = b.z;
+  }
+  changes.weight = {.75, -.5};
+  using linear::serial::dot;
+  changes.product = {dot(changes.last, changes.last), dot(changes.last, changes.before),
+                     dot(changes.before, changes.before)};
+  return changes;
 }
 
 std::vector<SmallCloth> damped_cloths(const Material& material) {
@@ -162,15 +184,16 @@ TEST(ProductionClothDamping, TakesSharesOfCriticalDamping) {
   EXPECT_NEAR(flat_v.dot(damped.damp(flat_v)), power, 1e-5 * power);
 }
 
-// (M + s D) (v' - v) = s (f - D v) for free vertices, by Cholesky. The residual, 1e-12 of the right-hand side, is at
-// most that by the condition: A's least eigenvalue is the least mass.
+// (M + s D) (v' - v) = s (f - D v) for free vertices, by Cholesky, from any guess. The residual, 1e-12 of the
+// right-hand side, is at most that by the condition: A's least eigenvalue is the least mass.
 TEST(ProductionClothDamping, SolvesWhatADenseSolveDoes) {
   for (const Material& material : all_materials())
     for (const SmallCloth& cloth : damped_cloths(material))
-      for (const int held : {0, 2}) {
+      for (const int held : {0, 1, 2, 3}) {
         DampedCloth damped(cloth, .004, held);
         const int n = damped.elements.vertices;
         const Eigen::MatrixXd d = damped.matrix();
+        if (held % 2) damped.changes = some_changes(n, held);
         Vectors<double> velocity = some_velocities(n);
         const Eigen::VectorXd before = flat(velocity, n);
         constexpr double s = 1e-3;
@@ -185,6 +208,37 @@ TEST(ProductionClothDamping, SolvesWhatADenseSolveDoes) {
         EXPECT_LE((found.tail(free) - expected).norm(), 4e-12 * b.norm() / least) << int(material.stretch);
         EXPECT_EQ((found - before).head(3 * held).cwiseAbs().sum(), 0) << "held vertices keep their velocity";
       }
+}
+
+// Whatever its length and its sign, a guess along the solution leaves nothing to solve. Changes of which each is the
+// same sum of the two before are guessed exactly.
+TEST(ProductionClothDamping, TakesNoIterationFromTheSolution) {
+  for (const Material& material : all_materials()) {
+    DampedCloth damped(sheet_of(6, 5, material), .004, 2);
+    const int n = damped.elements.vertices;
+    const Vectors<double> v = some_velocities(n);
+    const linear::Stop exact = {.tolerance = 1e-13, .iterations = 1000};
+    Vectors<double> expected = v;
+    EXPECT_GT(damped.solve(1e-3, exact, expected).iterations, 3);
+    damped.changes.weight = {-3, 0};
+    Vectors<double> found = v;
+    EXPECT_EQ(damped.solve(1e-3, {.tolerance = 1e-9, .iterations = 1000}, found).iterations, 0);
+    EXPECT_LE((flat(found, n) - flat(expected, n)).norm(), 1e-9 * flat(expected, n).norm());
+
+    // Without forces, changes are linear in velocities: those of v, 2 v + w, 3 v + 2 w, 4 v + 3 w are each twice the
+    // last less the one before.
+    for (Array<double>* c : {&damped.force.x, &damped.force.y, &damped.force.z}) std::ranges::fill(*c, 0.);
+    damped.changes = make_changes<double>(n);
+    const Vectors<double> w = some_velocities(n, 5);
+    for (int k = 0; k < 4; ++k) {
+      Vectors<double> sum = v;
+      for (int i = 0; i < n; ++i) store(sum, i, (k + 1.) * load(v, i) + double(k) * load(w, i));
+      const int iterations = damped.solve(1e-3, k < 3 ? exact : linear::Stop{1e-8, 1000}, sum).iterations;
+      if (k == 3) EXPECT_EQ(iterations, 0) << int(material.stretch) << ' ' << int(material.bend);
+    }
+    EXPECT_NEAR(damped.changes.weight[0], 2, 1e-6);
+    EXPECT_NEAR(damped.changes.weight[1], -1, 1e-6);
+  }
 }
 
 TEST(ProductionClothDamping, TakesKineticEnergyAndNoMomentum) {
@@ -222,6 +276,7 @@ TEST(ProductionClothDamping, LeavesFreeFallAlone) {
     Vectors<double> velocity;
     velocity.resize(n);
     for (int i = 0; i < n; ++i) store(velocity, i, {.1, -4.7, .3});
+    damped.changes = some_changes(n, 0);
     EXPECT_EQ(damped.solve(1e-3, {.tolerance = 1e-2, .iterations = 10}, velocity).iterations, 0);
     for (int i = 0; i < n; ++i) EXPECT_TRUE(velocity.x[i] == .1 && velocity.y[i] == -4.7 && velocity.z[i] == .3);
   }
@@ -245,8 +300,10 @@ TEST(ProductionClothDamping, LanesHaveTheSerialBitsAtEverySizeAndThreadCount) {
         State<float> state = make_state(elements);
         forces(elements, x, state, force);
         DampingMemory<float> memory = make_memory(elements);
-        Vectors<float> velocity = v;
-        solve(elements, state, mass, inverse_mass, .004f, force, stop, velocity, memory);
+        Changes<float> changes = make_changes<float>(n);
+        Vectors<float> velocity = v;  // three solves: guesses from nothing, from one change, from two
+        for (int k = 0; k < 3; ++k)
+          solve(elements, state, mass, inverse_mass, .004f, force, stop, velocity, changes, memory);
         return velocity;
       };
       using MakeState = State<float>(const Elements<float>&);

@@ -118,8 +118,9 @@ TEST(ProductionClothImplicit, DampingIsThatOfDampingSolve) {
       Vectors<double> none, velocity = shaken(cloth.rest, n, 1, 7);
       none.resize(n);
       const Eigen::VectorXd v = flat_vector(velocity, n);
+      Changes<double> changes = make_changes<double>(n);
       serial::damping_solve(c.elements, c.state, c.mass, c.inverse_mass, 1., none, {.tolerance = 1, .iterations = 0},
-                            velocity, memory);
+                            velocity, changes, memory);
       Eigen::VectorXd expected(3 * n);
       for (int i = 0; i < 3 * n; ++i) expected[i] = -memory.b[4 * (i / 3) + i % 3];
       // Both are sums of some thirty terms of the size of D v and, before division by h, of h^2 K v.

@@ -33,6 +33,13 @@ std::string take_line(std::string_view& text) {
   return line;
 }
 
+// The number of arrays that `text` holds.
+std::size_t arrays_in(std::string_view text) {
+  std::size_t count = 0;
+  for (; !text.empty(); ++count) text.remove_prefix(take<std::uint64_t>(text));
+  return count;
+}
+
 }  // namespace
 
 void write_state(const std::string& path, const std::string& run, int frame, const std::vector<Kept>& state) {
@@ -72,6 +79,8 @@ int read_state(const std::string& path, const std::string& run, const std::vecto
   if (const std::string other = take_line(rest); other != run)
     throw InputError(path + ": of another run, " + other + "; expected " + run);
   const int frame = std::stoi(take_line(rest));
+  if (arrays_in(rest) != state.size())
+    throw InputError(path + ": of a version of lockstep that kept other arrays; a run begins anew without --resume");
   for (const Kept& array : state) {
     const std::span<std::byte> room = array.room(take<std::uint64_t>(rest));
     std::ranges::copy(std::as_bytes(std::span(rest).first(room.size())), room.begin());

@@ -40,8 +40,8 @@ Kept keep_number(T& number) {
 // whole or not at all. Throws InputError if it cannot be written.
 void write_state(const std::string& path, const std::string& run, int frame, const std::vector<Kept>& state);
 
-// Fills the arrays and returns the number of their frame. Throws InputError if the file is missing, damaged, or of
-// another run; the arrays are then unchanged.
+// Fills the arrays and returns the number of their frame. Throws InputError if the file is missing, damaged, of
+// another run, or of another number of arrays; the arrays are then unchanged.
 int read_state(const std::string& path, const std::string& run, const std::vector<Kept>& state);
 
 // The run that wrote the file, as write_state was told; "" if the file cannot be read.

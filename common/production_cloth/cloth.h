@@ -44,17 +44,46 @@ struct Contact {
   ZoneForm zones = ZoneForm::rigid;
 };
 
+// By how much the last two damping solves of a kind changed velocities, and how much of each is guessed of the next:
+// nothing is guessed where both weights are 0.
+// Records hold component c of vertex v at 4 v + c, and 0 at 4 v + 3; they are filled up to whole vectors of vertices.
+template <class Real>
+struct Changes {
+  Array<Real> last, before;  // m/s
+  Array<Real> weight;        // of `last` and of `before`
+  Array<double> product;     // last . last, last . before, before . before
+};
+
+// The numbers of such records, for lanes.
+constexpr std::size_t numbers_of_records(std::size_t vertices) { return 4 * ((vertices + 15) / 16 * 16); }
+
+// None yet.
+template <class Real>
+Changes<Real> make_changes(std::size_t vertices) {
+  const Array<Real> none(numbers_of_records(vertices));
+  return {none, none, Array<Real>(2), Array<double>(3)};
+}
+
 // The state that steps change.
 template <class Real>
 struct Motion {
-  Vectors<Real> position;  // m
-  Vectors<Real> velocity;  // m/s
+  Vectors<Real> position;                                 // m
+  Vectors<Real> velocity;                                 // m/s
+  Changes<Real> by_first_half = {}, by_second_half = {};  // by damping_solve
 };
 
 template <Is<Motion> M, class F>
 void for_each_array(M& motion, const F& f) {
   f("position", motion.position, motion.position.x.size());
   f("velocity", motion.velocity, motion.velocity.x.size());
+  f("last change by the first half", motion.by_first_half.last, motion.by_first_half.last.size());
+  f("change before by the first half", motion.by_first_half.before, motion.by_first_half.before.size());
+  f("weight by the first half", motion.by_first_half.weight, motion.by_first_half.weight.size());
+  f("product by the first half", motion.by_first_half.product, motion.by_first_half.product.size());
+  f("last change by the second half", motion.by_second_half.last, motion.by_second_half.last.size());
+  f("change before by the second half", motion.by_second_half.before, motion.by_second_half.before.size());
+  f("weight by the second half", motion.by_second_half.weight, motion.by_second_half.weight.size());
+  f("product by the second half", motion.by_second_half.product, motion.by_second_half.product.size());
 }
 
 }  // namespace lockstep::production_cloth

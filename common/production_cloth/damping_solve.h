@@ -13,47 +13,60 @@
 // Nothing changes where the right-hand side is 0: in free fall and, but for rounding, in any rigid motion of a cloth
 // without elastic forces.
 //
+// The solve begins with a guess g: a sum of the changes that the last two solves of the kind made, with the weights by
+// which the last of them would have been guessed best, in the 2-norm, from the two before it. It goes along g as far as
+// conjugate gradients go along a direction, (g . b) / (g . A g). So no guess is worse than none, in the energy norm of
+// A. A product with A costs less beside D v, which the right side needs. Where both weights are 0 there is no guess.
+//
 // In:      elements; state, what the same version's `forces` has made of the present shape; mass, kg; inverse_mass,
 //          1/kg, 0 of held vertices; half_step, s, in seconds; force, N: the elastic forces; when to stop.
 // In, out: velocity, m/s: v, v'. Forces that do not depend on velocity, such as gravity, may be added before.
+//          changes, 0 of held vertices: those of earlier solves; then of this one and the last.
 // Scratch: memory, made for the elements.
-// Returns: the iterations and the recursive residual; the true one is not computed.
+// Returns: the iterations, without the way along the guess, and the recursive residual; the true one is not computed.
 // Errors:  std::bad_alloc.
 // Arrays are padded.
 //
 // Source: Bridson, Marino and Fedkiw 2003, section 2; [ITJ07] "Production Cloth".
 #pragma once
 
+#include <utility>
+
 #include "common/linear/conjugate_gradients.h"
 #include "common/production_cloth/forces.h"
 
 namespace lockstep::production_cloth {
 
+// At most two vectors are multiplied by D at once: v and the guess.
+inline constexpr int damped_at_once = 2;
+
 namespace openmp {
 
 struct DampingRoom {
-  Array<float> p, q;            // the direction; A p
-  Array<float> inverse_mass;    // 1/kg: of the vertex, in each of its numbers
-  Array<float> membrane_parts;  // records, by place
-  Array<float> pushes;          // [place]: pushes_of_facet
-  Array<double> sums;           // [block]: three each
+  Array<float> q;                               // A p
+  Array<float> inverse_mass;                    // 1/kg: of the vertex, in each of its numbers
+  Array<float> membrane_parts[damped_at_once];  // records, by place
+  Array<float> pushes[damped_at_once];          // [place]: pushes_of_facet
+  Array<double> sums;                           // [block]: a cache line each
 };
 
 }  // namespace openmp
 
-// Vectors of the solve hold component c of vertex v at 4 v + c, and 0 at 4 v + 3: records that lanes load whole.
+// Vectors of the solve are records as those of Changes.
 template <class Real>
 struct DampingMemory {
-  Array<Real> b, x;               // the right-hand side, in openmp then the residual; the change of velocity
-  Array<Real> rates;              // [place]: of folding triangles, about their sides
-  Array<Real> pulls = {};         // serial: -D p
-  openmp::DampingRoom room = {};  // of openmp alone
+  Array<Real> b, x;                   // the right-hand side, then the residual; the change of velocity
+  Array<Real> guess;                  // in openmp then the direction
+  Array<Real> rates[damped_at_once];  // [place]: of folding triangles, about their sides
+  Array<Real> pulls[damped_at_once];  // serial: -D v
+  openmp::DampingRoom room = {};      // of openmp alone
 };
 
 template <class Real>
 using DampingSolve = linear::Solution(const Elements<Real>& elements, const State<Real>& state, const Array<Real>& mass,
                                       const Array<Real>& inverse_mass, Real half_step, const Vectors<Real>& force,
-                                      const linear::Stop& stop, Vectors<Real>& velocity, DampingMemory<Real>& memory);
+                                      const linear::Stop& stop, Vectors<Real>& velocity, Changes<Real>& changes,
+                                      DampingMemory<Real>& memory);
 
 namespace serial {
 DampingMemory<float> make_damping_memory(const Elements<float>& elements);
@@ -76,6 +89,27 @@ inline Parts<T, 3> damping_of_membrane(const Elements<Real>& elements, const Mem
   const Columns<T> rate = deformation_of(m, v1 - v0, v2 - v0);
   const T share(elements.membrane_damping);
   return parts_of_membrane(m, damping_stress(share * T(elements.lambda), share * T(elements.mu), f, rate));
+}
+
+template <class Real>
+inline bool has_guess(const Changes<Real>& changes) {
+  return changes.weight[0] != 0 || changes.weight[1] != 0;
+}
+
+// Makes the change x, which stands in `before`, the last one. xx, xy, xz: its dot products with itself, with y, which
+// is the last one until then, and with z before it. The next weights are those of y and z in what is nearest to x in
+// the 2-norm. Where y and z are parallel but for a thousandth, or one is 0: all of x, if it is not 0.
+template <class Real>
+inline void keep_change(Changes<Real>& changes, double xx, double xy, double xz) {
+  const double yy = changes.product[0], yz = changes.product[1], zz = changes.product[2];
+  const double determinant = yy * zz - yz * yz;
+  if (determinant > 1e-6 * (yy * zz))
+    changes.weight = {static_cast<Real>((xy * zz - xz * yz) / determinant),
+                      static_cast<Real>((xz * yy - xy * yz) / determinant)};
+  else
+    changes.weight = {Real(xx > 0 ? 1 : 0), 0};
+  changes.product = {xx, xy, yy};
+  std::swap(changes.last, changes.before);
 }
 
 }  // namespace lockstep::production_cloth

@@ -61,14 +61,16 @@ LOCKSTEP_INLINE Sides<floatv> pushes_of_facets(const Elements<float>& elements, 
   return pushes_of_facet(cotangents, {torque(0, x2 - x1), torque(1, x0 - x2), torque(2, x1 - x0)});
 }
 
-// Adds up what triangles push a slice's vertices with, in their order. pushes: by place.
-LOCKSTEP_INLINE Vector3<floatv> add_pushes(const Elements<float>& elements, const State<float>& state,
-                                           std::span<const float> pushes, int slice, Vector3<floatv> sum) {
+// Adds up what triangles push a slice's vertices with, in their order, for several arrays of pushes, by place.
+template <std::size_t count>
+LOCKSTEP_INLINE void add_pushes(const Elements<float>& elements, const State<float>& state,
+                                const std::array<std::span<const float>, count>& pushes, int slice,
+                                std::array<Vector3<floatv>, count>& sums) {
   const Slices& at = elements.corners_at;
-  for (std::size_t k = at.first[slice]; k < std::size_t(at.first[slice + 1]); ++k)
-    sum =
-        sum + load_at(pushes, &at.at[lanes * k]) * load_records_at(state.normals.data(), &elements.facet_at[lanes * k]);
-  return sum;
+  for (std::size_t k = at.first[slice]; k < std::size_t(at.first[slice + 1]); ++k) {
+    const Vector3<floatv> normal = load_records_at(state.normals.data(), &elements.facet_at[lanes * k]);
+    for (std::size_t p = 0; p < count; ++p) sums[p] = sums[p] + load_at(pushes[p], &at.at[lanes * k]) * normal;
+  }
 }
 
 }  // namespace lockstep::production_cloth::openmp

@@ -115,11 +115,11 @@ void forces(const Elements<Real>& elements, const Vectors<Real>& position, State
       // A slice writes its own vertices' forces, and the directions of its own links.
 #pragma omp for schedule(static)
       for (int slice = 0; slice < elements.slices(); ++slice) {
-        Vector3<floatv> sum =
-            add_links<decltype(springs), decltype(bending)>(elements, state.records.data(), slice, state);
-        if (elements.membranes > 0) sum = add_parts(elements.corners_at, state.parts.data(), slice, sum);
-        if (elements.facets > 0) sum = add_pushes(elements, state, state.pushes, slice, sum);
-        store(f, lanes * slice, sum, first_lanes(elements.vertices - lanes * slice));
+        std::array<Vector3<floatv>, 1> sum = {
+            add_links<decltype(springs), decltype(bending)>(elements, state.records.data(), slice, state)};
+        if (elements.membranes > 0) sum[0] = add_parts(elements.corners_at, state.parts.data(), slice, sum[0]);
+        if (elements.facets > 0) add_pushes<1>(elements, state, {state.pushes}, slice, sum);
+        store(f, lanes * slice, sum[0], first_lanes(elements.vertices - lanes * slice));
       }
     }
   });

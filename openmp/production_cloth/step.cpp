@@ -149,14 +149,14 @@ void search(const Cloth<Real>& cloth, const Vectors<Real>& position, StepMemory<
 
 // Velocities after half a step, by gravity and the forces at `position`.
 template <class Done>
-void half_step(const Cloth<Real>& cloth, const Vectors<Real>& position, Vectors<Real>& velocity,
+void half_step(const Cloth<Real>& cloth, const Vectors<Real>& position, Vectors<Real>& velocity, Changes<Real>& changes,
                StepMemory<Real>& memory, const Done& done) {
   forces(cloth.elements, position, memory.state, memory.force);
   fall(cloth, velocity);
   done(Module::forces);
   memory.took.iterations +=
       damping_solve(cloth.elements, memory.state, cloth.mass, cloth.inverse_mass, Real(.5) * cloth.time_step,
-                    memory.force, cloth.stop, velocity, memory.damping)
+                    memory.force, cloth.stop, velocity, changes, memory.damping)
           .iterations;
   done(Module::damping_solve);
 }
@@ -178,7 +178,7 @@ void step(const Cloth<Real>& cloth, const Forms& forms, const Script<Real>& scri
   done(Module::search);
 
   memory.middle = motion.velocity;
-  half_step(cloth, start, memory.middle, memory, done);
+  half_step(cloth, start, memory.middle, motion.by_first_half, memory, done);
   memory.before = memory.middle;
   near_contacts(cloth.topology, memory.pairs, cloth.near_at_rest, start, Real(cloth.contact.thickness), memory.near);
   forms.repulse(memory.near, cloth.contact, cloth.inverse_mass, dt, memory.middle);
@@ -222,7 +222,7 @@ void step(const Cloth<Real>& cloth, const Forms& forms, const Script<Real>& scri
   pass_on(n, motion, memory.middle, memory.end, memory.before, memory.halfway);
   done(Module::move);
   memory.middle = memory.before;
-  half_step(cloth, memory.halfway, memory.middle, memory, done);
+  half_step(cloth, memory.halfway, memory.middle, motion.by_second_half, memory, done);
   finish(n, memory.middle, memory.before, memory.end, motion);
   done(Module::move);
 }

@@ -25,9 +25,9 @@ inline Vectors<float> deformed_positions(const production_cloth::Scene& scene) {
 }
 
 // m/s: waves, and a shake of each vertex.
-inline Vectors<float> shaken_velocities(const production_cloth::Scene& scene) {
+inline Vectors<float> shaken_velocities(const production_cloth::Scene& scene, unsigned seed = 2) {
   Vectors<float> velocity = rest_positions(scene);
-  std::mt19937 random(2);
+  std::mt19937 random(seed);
   const auto shake = [&] { return .1f * (static_cast<float>(random() >> 8) / (1 << 24) - .5f); };
   for (int i = 0; i < scene.topology.vertices; ++i) {
     const Vector3<float> x = load(velocity, i);

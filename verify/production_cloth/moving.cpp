@@ -44,8 +44,9 @@ Cloth<float> make_cloth(const Scene& scene) {
 }
 
 Motion<float> motion_at_rest(const Scene& scene) {
-  Motion<float> motion = {convert<float>(scene.rest), {}};
-  motion.velocity.resize(scene.topology.vertices);
+  const int n = scene.topology.vertices;
+  Motion<float> motion = {convert<float>(scene.rest), {}, make_changes<float>(n), make_changes<float>(n)};
+  motion.velocity.resize(n);
   return motion;
 }
 
@@ -119,11 +120,11 @@ std::shared_ptr<const MovingInputs> moving_inputs(const std::string& path) {
 }
 
 Scenes moving_scenes() {
-  return {.verify = {"two_triangles", "crumple", "wrung_tube", "wrung_tube_slides", "ball_and_walls", "ball_5k",
-                     "tube_5k"},
-          .more = {"ball_92k"},
-          .bench = {"curtain_and_ball_5k", "curtain_and_ball_55k", "ball_92k"},
-          .tsan = {"crumple", "wrung_tube"}};
+  return {
+      .verify = {"two_triangles", "crumple", "wrung_tube", "wrung_tube_slides", "ball_and_walls", "ball_5k", "tube_5k"},
+      .more = {"ball_92k"},
+      .bench = {"curtain_and_ball_5k", "curtain_and_ball_55k", "ball_92k"},
+      .tsan = {"crumple", "wrung_tube"}};
 }
 
 }  // namespace production_cloth_inputs
