@@ -21,15 +21,19 @@ using namespace spatial;
 // A tree, and its elements that one descent has reached, with their boxes and vertices.
 template <std::size_t n>
 struct Reached {
-  struct Element {
-    Box<Real> box;
-    int number;
-    std::array<int, n> corner;
-  };
   const Levels& levels;
   const Bounds<Real>& boxes;
   const std::array<Array<std::int32_t>, n>& corners;
-  std::vector<Element> elements = {};
+  int count = 0, room = 0;
+  Array<std::int32_t> elements = {};
+  Bounds<Real> boxes_of_elements = {};
+  std::array<Array<std::int32_t>, n> corners_of_elements = {};
+
+  void make_room(int more) {
+    elements.resize(more), boxes_of_elements.resize(more);
+    for (Array<std::int32_t>& corner : corners_of_elements) corner.resize(more);
+    room = more;
+  }
 
   // Adds the elements that overlap the box, of nodes from `from` on, below a node of a level.
   void descend(const Box<Real>& box, int from, int level, int node) {
@@ -40,14 +44,17 @@ struct Reached {
     }
   }
 
+  // Each element is stored, and the next one over it if it does not overlap: no branch to be foreseen.
   void add(const Box<Real>& box, int node) {
+    if (count + tree_width > room) make_room(2 * (count + tree_width));
+    int to = count;
     for (int child = node * tree_width; child < (node + 1) * tree_width; ++child) {
       const Box<Real> box_of_child = boxes.box(child);
-      if (!overlap(box, box_of_child)) continue;
-      std::array<int, n> corner;
-      for (std::size_t c = 0; c < n; ++c) corner[c] = corners[c][child];
-      elements.push_back({box_of_child, child, corner});
+      elements[to] = child, boxes_of_elements.set(to, box_of_child);
+      for (std::size_t c = 0; c < n; ++c) corners_of_elements[c][to] = corners[c][child];
+      to += overlap(box, box_of_child);
     }
+    count = to;
   }
 };
 
@@ -63,15 +70,26 @@ template <bool same, std::size_t n, class Share>
 void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& levels_b, const Bounds<Real>& boxes_b,
           const std::array<Array<std::int32_t>, n>& corners_b, const Share& share, Array<ElementPair>& pairs) {
   Reached<n> reached = {levels_b, boxes_b, corners_b};
+  Array<std::int32_t> hit, hits;  // [k]: whether element k of those reached overlaps; [k]: which do
   pairs.clear();
   for (int node = 0; node < levels_a.nodes(); ++node) {
-    reached.elements.clear();
+    reached.count = 0;
     reached.descend(boxes_a.box(levels_a.first[1] + node), same ? node : 0, levels_b.last(), 0);
+    const int count = reached.count;
+    hit.resize(reached.room), hits.resize(reached.room);
     for (int a = node * tree_width; a < std::min((node + 1) * tree_width, levels_a.elements); ++a) {
       const Box<Real> box = boxes_a.box(a);
       const auto shares = share(a);
-      for (const auto& [box_b, b, corner] : reached.elements)
-        if ((!same || a < b) && overlap(box, box_b) && !shares(corner)) add_pair(pairs, {a, b});
+      // The compiler makes vectors of the first loop, and the second has no branch that depends on the boxes.
+      for (int k = 0; k < count; ++k) hit[k] = overlap(box, reached.boxes_of_elements.box(k));
+      int found = 0;
+      for (int k = 0; k < count; ++k) hits[found] = k, found += hit[k];
+      for (int k = 0; k < found; ++k) {
+        const int b = reached.elements[hits[k]];
+        std::array<int, n> corner;
+        for (std::size_t c = 0; c < n; ++c) corner[c] = reached.corners_of_elements[c][hits[k]];
+        if ((!same || a < b) && !shares(corner)) add_pair(pairs, {a, b});
+      }
     }
   }
 }
