@@ -23,7 +23,8 @@ namespace lockstep::production_cloth::openmp {
 namespace {
 
 template <class Springs, class Bending>
-Vector3<floatv> add_links(const Elements<Real>& elements, const Real* records, int slice, State<Real>& state) {
+LOCKSTEP_INLINE Vector3<floatv> add_links(const Elements<Real>& elements, int slice, State<Real>& state) {
+  const Real* const records = state.records.data();
   const Vector3<floatv> own = load_sixteen(records + 4 * lanes * static_cast<std::size_t>(slice));
   Vector3<floatv> sum = {0.f, 0.f, 0.f};
   for (std::size_t k = elements.edges_at.first[slice]; k < std::size_t(elements.edges_at.first[slice + 1]); ++k) {
@@ -115,8 +116,7 @@ void forces(const Elements<Real>& elements, const Vectors<Real>& position, State
       // A slice writes its own vertices' forces, and the directions of its own links.
 #pragma omp for schedule(static)
       for (int slice = 0; slice < elements.slices(); ++slice) {
-        std::array<Vector3<floatv>, 1> sum = {
-            add_links<decltype(springs), decltype(bending)>(elements, state.records.data(), slice, state)};
+        std::array<Vector3<floatv>, 1> sum = {add_links<decltype(springs), decltype(bending)>(elements, slice, state)};
         if (elements.membranes > 0) sum[0] = add_parts(elements.corners_at, state.parts.data(), slice, sum[0]);
         if (elements.facets > 0) add_pushes<1>(elements, state, {state.pushes}, slice, sum);
         store(f, lanes * slice, sum[0], first_lanes(elements.vertices - lanes * slice));
@@ -285,8 +285,7 @@ void forces_recompute(const Elements<Real>& elements, const Vectors<Real>& posit
       // A slice writes its own vertices' forces, and the directions of its own links.
 #pragma omp for schedule(static)
       for (int slice = 0; slice < elements.slices(); ++slice) {
-        const Vector3<floatv> sum =
-            add_links<decltype(springs), decltype(bending)>(elements, state.records.data(), slice, state);
+        const Vector3<floatv> sum = add_links<decltype(springs), decltype(bending)>(elements, slice, state);
         store(f, lanes * slice, add_elements(elements, state, slice, sum),
               first_lanes(elements.vertices - lanes * slice));
       }

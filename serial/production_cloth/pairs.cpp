@@ -10,6 +10,9 @@
 // Source: [ITJ07] on the broad phase. The contract stands in common/production_cloth/pairs.h.
 #include "common/production_cloth/pairs.h"
 
+#include <array>
+#include <utility>
+
 #include "common/real.h"
 #include "common/spatial/pairs.h"
 
@@ -21,33 +24,57 @@ using namespace spatial;
 // A tree, and its elements that one descent has reached, with their boxes and vertices.
 template <std::size_t n>
 struct Reached {
-  struct Element {
-    Box<Real> box;
-    int number;
-    std::array<int, n> corner;
-  };
   const Levels& levels;
   const Bounds<Real>& boxes;
   const std::array<Array<std::int32_t>, n>& corners;
-  std::vector<Element> elements = {};
+  int count = 0, room = 0;
+  Array<std::int32_t> nodes = {}, above = {}, elements = {};
+  Bounds<Real> boxes_of_elements = {};
+  std::array<Array<std::int32_t>, n> corners_of_elements = {};
 
-  // Adds the elements that overlap the box, of nodes from `from` on, below a node of a level.
-  void descend(const Box<Real>& box, int from, int level, int node) {
-    if (level == 0) return add(box, node);
-    for (int child = node * tree_width; child < (node + 1) * tree_width; ++child) {
-      const bool before = child < from >> 4 * (level - 1);
-      if (!before && overlap(box, boxes.box(levels.first[level] + child))) descend(box, from, level - 1, child);
+  Reached(const Levels& levels, const Bounds<Real>& boxes, const std::array<Array<std::int32_t>, n>& corners)
+      : levels(levels), boxes(boxes), corners(corners) {
+    nodes.resize(padded(levels.nodes())), above.resize(padded(levels.nodes()));
+    make_room(tree_width);
+  }
+
+  // For `more` elements.
+  void make_room(int more) {
+    elements.resize(2 * more), boxes_of_elements.resize(2 * more);
+    for (Array<std::int32_t>& corner : corners_of_elements) corner.resize(2 * more);
+    room = 2 * more;
+  }
+
+  // The elements that overlap the box, of nodes from `from` on, level by level. What is reached is stored, and the next
+  // stored over it if it does not overlap: no branch depends on the boxes.
+  void descend(const Box<Real>& box, int from) {
+    nodes[0] = 0, count = 1;
+    for (int level = levels.last(); level >= 1; --level) {
+      nodes.swap(above);
+      const int parents = std::exchange(count, 0);
+      for (int k = 0; k < parents; ++k)
+        for (int child = above[k] * tree_width; child < (above[k] + 1) * tree_width; ++child) {
+          const bool after = child >= from >> 4 * (level - 1);
+          const bool hit = after & overlap(box, boxes.box(levels.first[level] + child));
+          nodes[count] = child;
+          count += hit;
+        }
     }
+    const int reached = std::exchange(count, 0);
+    if (reached * tree_width > room) make_room(reached * tree_width);
+    for (int k = 0; k < reached; ++k) add(box, nodes[k]);
   }
 
   void add(const Box<Real>& box, int node) {
+    int count = this->count;  // which stays in a register
     for (int child = node * tree_width; child < (node + 1) * tree_width; ++child) {
       const Box<Real> box_of_child = boxes.box(child);
-      if (!overlap(box, box_of_child)) continue;
-      std::array<int, n> corner;
-      for (std::size_t c = 0; c < n; ++c) corner[c] = corners[c][child];
-      elements.push_back({box_of_child, child, corner});
+      const bool hit = overlap(box, box_of_child);
+      elements[count] = child, boxes_of_elements.set(count, box_of_child);
+      for (std::size_t c = 0; c < n; ++c) corners_of_elements[c][count] = corners[c][child];
+      count += hit;
     }
+    this->count = count;
   }
 };
 
@@ -62,16 +89,30 @@ void add_pair(Array<ElementPair>& pairs, const ElementPair& pair) {
 template <bool same, std::size_t n, class Share>
 void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& levels_b, const Bounds<Real>& boxes_b,
           const std::array<Array<std::int32_t>, n>& corners_b, const Share& share, Array<ElementPair>& pairs) {
-  Reached<n> reached = {levels_b, boxes_b, corners_b};
+  Reached<n> reached(levels_b, boxes_b, corners_b);
+  Array<std::int32_t> hit, hits;  // [k]: whether element k of those reached overlaps; [k]: which do
   pairs.clear();
   for (int node = 0; node < levels_a.nodes(); ++node) {
-    reached.elements.clear();
-    reached.descend(boxes_a.box(levels_a.first[1] + node), same ? node : 0, levels_b.last(), 0);
+    reached.descend(boxes_a.box(levels_a.first[1] + node), same ? node : 0);
+    // The loops below store. The compiler cannot know that this leaves these as they are.
+    const int count = reached.count;
+    const std::int32_t* const elements = reached.elements.data();
+    std::array<const std::int32_t*, n> corners;
+    for (std::size_t c = 0; c < n; ++c) corners[c] = reached.corners_of_elements[c].data();
+    hit.resize(reached.room), hits.resize(reached.room);
     for (int a = node * tree_width; a < std::min((node + 1) * tree_width, levels_a.elements); ++a) {
       const Box<Real> box = boxes_a.box(a);
       const auto shares = share(a);
-      for (const auto& [box_b, b, corner] : reached.elements)
-        if ((!same || a < b) && overlap(box, box_b) && !shares(corner)) add_pair(pairs, {a, b});
+      // The compiler makes vectors of the first loop, and the second has no branch that depends on the boxes.
+      for (int k = 0; k < count; ++k) hit[k] = overlap(box, reached.boxes_of_elements.box(k));
+      int found = 0;
+      for (int k = 0; k < count; ++k) hits[found] = k, found += hit[k];
+      for (int k = 0; k < found; ++k) {
+        std::array<int, n> corner;
+        for (std::size_t c = 0; c < n; ++c) corner[c] = corners[c][hits[k]];
+        const int b = elements[hits[k]];
+        if ((!same || b > a) && !shares(corner)) add_pair(pairs, {a, b});
+      }
     }
   }
 }
