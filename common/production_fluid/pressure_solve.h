@@ -28,8 +28,8 @@
 // The loop is linear/'s (common/linear/conjugate_gradients.h). It works in Real. The pressure is a sum in double, from
 // which the loop refreshes its residual.
 //
-// The sum may begin with a guess, from the q of an earlier solve on this grid times a factor. Each row is solved for its
-// own unknown, where the others have that value: a Jacobi step, without which rows beside the surface, whose
+// The sum may begin with a guess, from the q of an earlier solve on this grid times a factor. Each row is solved for
+// its own unknown, where the others have that value: a Jacobi step, without which rows beside the surface, whose
 // diagonals change most, would leave residuals several times as large as b. A guess that leaves more than b is dropped.
 //
 // In:     system; modification: tau and sigma; when to stop; what q is multiplied by to be a guess.
