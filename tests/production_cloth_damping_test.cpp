@@ -234,7 +234,8 @@ TEST(ProductionClothDamping, TakesNoIterationFromTheSolution) {
       Vectors<double> sum = v;
       for (int i = 0; i < n; ++i) store(sum, i, (k + 1.) * load(v, i) + double(k) * load(w, i));
       const int iterations = damped.solve(1e-3, k < 3 ? exact : linear::Stop{1e-8, 1000}, sum).iterations;
-      if (k == 3) EXPECT_EQ(iterations, 0) << int(material.stretch) << ' ' << int(material.bend);
+      if (k < 3) continue;
+      EXPECT_EQ(iterations, 0) << int(material.stretch) << ' ' << int(material.bend);
     }
     EXPECT_NEAR(damped.changes.weight[0], 2, 1e-6);
     EXPECT_NEAR(damped.changes.weight[1], -1, 1e-6);

@@ -103,7 +103,7 @@ Errors errors_of_drop(int n) {
     if (k % 16 != 0) continue;
     // What pressure_solve leaves is p dt / (rho h), of a substep that is the whole frame.
     EXPECT_EQ(moving.memory.substeps, 1);
-    const double p = moving.memory.q[moving.memory.system.cells.index(n / 2, n / 2, 0)] * h / frame;
+    const double p = moving.liquid.q[moving.memory.system.cells.index(n / 2, n / 2, 0)] * h / frame;
     const Ellipse is = measured_ellipse(moving.liquid.fluid), exact = exact_ellipse(radius, k * frame);
     errors = {is.a / exact.a - 1, is.b / exact.b - 1, is.rate / exact.rate - 1, p / central_pressure(exact) - 1};
     std::printf("drop, %d cells, %.2f s: a %+.2f %%, b %+.2f %%, rate %+.2f %%, pressure %+.2f %%\n", n, k * frame,

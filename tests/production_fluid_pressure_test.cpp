@@ -110,6 +110,46 @@ TEST(ProductionFluidPressure, TakesAsManyIterationsAsIsKnown) {
   }
 }
 
+// A solution as a guess is kept, what a surface that moved would make of it costs less than beginning from 0, and a
+// guess that is worse than none changes no bit.
+TEST(ProductionFluidPressure, BeginsFromAGuess) {
+  for (const std::string scene : {"obstacle_48", "full_box"}) {
+    const System<float> system = system_of(scene);
+    for (PressureSolve<float>* const solve :
+         {serial::pressure_solve_mic, serial::pressure_solve_block_mic, serial::pressure_solve_multigrid,
+          openmp::pressure_solve_mic, openmp::pressure_solve_block_mic, openmp::pressure_solve_multigrid}) {
+      PressureSettings exact = settings;
+      exact.stop.tolerance = 1e-7;
+      Array<double> solution, from_zero, q;
+      solve(system, exact, scratch_for(system), solution);
+      const int iterations = solve(system, settings, scratch_for(system), from_zero).iterations;
+      const auto from = [&](double factor) {
+        PressureSettings guessing = settings;
+        guessing.guess = factor;
+        q = solution;
+        PressureMemory<float> memory;
+        return solve(system, guessing, memory, q);
+      };
+      const linear::Solution kept = from(1);
+      EXPECT_EQ(kept.iterations, 0) << scene;
+      EXPECT_LE(kept.true_residual, 1e-6) << scene;
+      const linear::Solution near = from(.99);
+      EXPECT_LT(near.iterations, iterations) << scene;
+      EXPECT_LE(near.true_residual, 1e-6) << scene;
+      for (const double bad : {-3., std::nan("")}) {
+        EXPECT_EQ(from(bad).iterations, iterations) << scene;
+        EXPECT_EQ(q, from_zero) << scene;
+      }
+      q.assign(3, 1e30);  // of another grid
+      PressureSettings guessing = settings;
+      guessing.guess = 1;
+      PressureMemory<float> memory;
+      EXPECT_EQ(solve(system, guessing, memory, q).iterations, iterations) << scene;
+      EXPECT_EQ(q, from_zero) << scene;
+    }
+  }
+}
+
 // A block of sixteen lines and planes that holds all of the liquid is the whole factor.
 TEST(ProductionFluidPressure, OfOneBlockIsTheWhole) {
   System<float> system;

@@ -17,6 +17,8 @@
 // directions are kept, so that convergence does not begin anew. The sum is 0 at first. In the end it is the solution,
 // and x is 0.
 //
+// With System::start, too, the sum begins with a guess, unless that leaves a residual no less than b: then with 0.
+//
 // In: system; b. Out: x. Vectors of one length; x and b do not overlap. b = 0 gives x = 0 in no iteration. Stops, too,
 // where p . A p <= 0 or is NaN: A is then not positive definite, or x has overflowed.
 //
@@ -42,6 +44,8 @@ struct System {
   std::function<double(std::span<const Real> b, std::span<const Real> x)> residual;
   // Adds x to the sum and sets x to 0; r = b - A (the sum), computed in double; returns r . r. May be absent.
   std::function<double(std::span<Real> x, std::span<Real> r)> refresh = {};
+  // Sets the sum to the guess, or to 0. Needs `refresh`. May be absent: the sum is 0 before the loop.
+  std::function<void(bool to_guess)> start = {};
 };
 
 struct Stop {

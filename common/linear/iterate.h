@@ -36,13 +36,24 @@ Solution iterate(const Vectors& vectors, const System<Real>& system, std::type_i
                  const std::type_identity_t<Work<Real>>& work, const Stop& stop) {
   const auto [x, r, z, p] = work;
   const double norm_of_b = std::sqrt(vectors.dot(b, b));
-  if (norm_of_b == 0) return {};
+  if (norm_of_b == 0) {
+    if (system.start) system.start(false);
+    return {};
+  }
 
-  vectors.axpy(1, b, r);
   const std::span<Real> q = z;  // A p, in the place of z, which is not read after p is made
   Solution solution{.iterations = 0, .recursive_residual = 1, .true_residual = 1};
   double& residual = solution.recursive_residual;
-  double refreshed = 1;                           // the last true residual
+  double refreshed = 1;  // the last true residual
+  const auto begin_with = [&](bool guess) {
+    system.start(guess);
+    residual = refreshed = std::sqrt(system.refresh(x, r)) / norm_of_b;
+  };
+  if (system.start)
+    begin_with(true);
+  else
+    vectors.axpy(1, b, r);
+  if (!(residual <= 1)) begin_with(false);
   bool is_refreshed = system.refresh != nullptr;  // x is 0, and the sum is the whole solution
   const auto done = [&] { return !(residual > stop.tolerance) || solution.iterations >= stop.iterations; };
   double rz = 0;

@@ -37,6 +37,9 @@ struct Liquid {
   Spray<Real> spray;
   std::int32_t frames = 0;  // that have passed
   double planned = 0;       // s, the next substep; gravity has acted to its middle; 0: none is planned
+  // What the last pressure left (system.h), where the next solve begins, and for how long gravity had acted before it.
+  Array<double> q;
+  double pushed = 0;  // s; 0: there is no q
 };
 
 // The modules of a step, in their order.
@@ -79,7 +82,6 @@ struct StepMemory {
   levelset::Distances<Real> distances;
   System<Real> system;
   PressureMemory<Real> pressure;
-  Array<double> q;
 
   int substeps = 0, iterations = 0;         // of the pressure, of all substeps
   double seconds[int(Module::count)] = {};  // by module
@@ -108,6 +110,7 @@ void for_each_array(L& liquid, const F& f) {
   f("position of spray", spray.position, spray.count);
   f("velocity of spray", spray.velocity, spray.count);
   f("radius of spray", spray.radius, spray.count);
+  f("pressure", liquid.q, liquid.q.size());
 }
 
 }  // namespace lockstep::production_fluid

@@ -35,6 +35,8 @@ class PressureMemory {
     if (!array.empty()) spare_.push_back(std::move(array));
   }
 
+  Array<double> before;  // the q that a guess is made of
+
  private:
   std::vector<Array<Real>> spare_;
 };

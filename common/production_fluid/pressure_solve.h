@@ -28,7 +28,12 @@
 // The loop is linear/'s (common/linear/conjugate_gradients.h). It works in Real. The pressure is a sum in double, from
 // which the loop refreshes its residual.
 //
-// In:     system; modification: tau and sigma; when to stop.
+// The sum may begin with a guess, from the q of an earlier solve on this grid times a factor. Each row is solved for
+// its own unknown, where the others have that value: a Jacobi step, without which rows beside the surface, whose
+// diagonals change most, would leave residuals several times as large as b. A guess that leaves more than b is dropped.
+//
+// In:     system; modification: tau and sigma; when to stop; what q is multiplied by to be a guess.
+// In, out: q. With a factor of 0, or another size than the system's, it is no guess and may hold anything.
 // Out:    q, bordered as the system is, m/s; 0 in cells without a row. In a pocket it is known up to a constant.
 // Scratch: memory. What earlier solves have left there, of whatever system, changes nothing.
 // Returns the iterations and both residuals.
@@ -47,6 +52,7 @@ namespace lockstep::production_fluid {
 struct PressureSettings {
   linear::Modification modification;
   linear::Stop stop;
+  double guess = 0;  // what q is multiplied by
 };
 
 template <class Real>
@@ -72,6 +78,16 @@ template <class Number>
 inline Number product(const Number& diagonal, const Number& here, const Number& low_x, const Number& high_x,
                       const Number& low_y, const Number& high_y, const Number& low_z, const Number& high_z) {
   return diagonal * here - (((low_x + high_x) + (low_y + high_y)) + (low_z + high_z));
+}
+
+// What a row is solved by, where the others have `factor` times the q of before. Reads at the row's own place and its
+// neighbours' ones.
+template <class Real>
+inline double guess_of_row(const Real* diagonal, const Real* right, const double* before, double factor,
+                           std::ptrdiff_t line, std::ptrdiff_t plane) {
+  const auto at = [&](std::ptrdiff_t to) { return diagonal[to] > 0 ? before[to] : 0.; };
+  const double beside = ((at(-1) + at(1)) + (at(-line) + at(line))) + (at(-plane) + at(plane));
+  return (*right + factor * beside) / *diagonal;
 }
 
 // 1 / e of a cell, and its share in each upper neighbour; both 0 where the diagonal is 0.

@@ -30,8 +30,8 @@ int main() {
     for (int gauge = 0; gauge < 4; ++gauge) {
       const double at = heights[gauge] / h - .5;
       const int y = static_cast<int>(at);
-      const double* const q = &memory.q[memory.system.cells.index(x, y, z)];
-      const double above = memory.q[memory.system.cells.index(x, y + 1, z)];
+      const double* const q = &liquid.q[memory.system.cells.index(x, y, z)];
+      const double above = liquid.q[memory.system.cells.index(x, y + 1, z)];
       const double p = (*q + (at - y) * (above - *q)) * density * h / scene.model.frame;
       if (p > most[gauge]) most[gauge] = p, when[gauge] = frame * scene.model.frame;
     }

@@ -16,6 +16,7 @@
 #include "common/real.h"
 #include "common/simd.h"
 #include "common/simd_double.h"
+#include "openmp/production_fluid/guess.h"
 #include "openmp/production_fluid/multigrid_levels.h"
 #include "openmp/production_fluid/prefetch.h"
 
@@ -279,13 +280,14 @@ void multigrid_cycle(const System<Real>& system, std::span<const Real> r, std::s
 
 linear::Solution pressure_solve_multigrid(const System<Real>& system, const PressureSettings& settings,
                                           PressureMemory<Real>& memory, Array<double>& q) {
-  q.resize(system.cells.size()), fill_with_zeros(q);
+  const auto start = start_of(system, settings.guess, memory, q);
   std::vector<Level> levels = make_levels(system, memory);
   const linear::System<Real> operators = {
       .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(levels[0], x, y); },
       .precondition = [&](std::span<const Real> x, std::span<Real> y) { return cycle(levels, 0, x, y); },
       .residual = nullptr,
-      .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, levels[0], q, x, r); }};
+      .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, levels[0], q, x, r); },
+      .start = start};
   const auto zeros = [&] { return take_zeros(memory, system.cells.size()); };
   Array<Real> x = zeros(), r = zeros(), z = zeros(), p = zeros();
   const linear::Solution solution =

@@ -14,6 +14,7 @@
 #include "common/real.h"
 #include "common/simd.h"
 #include "common/simd_double.h"
+#include "openmp/production_fluid/guess.h"
 #include "openmp/production_fluid/prefetch.h"
 #include "openmp/production_fluid/skewed.h"
 #include "openmp/production_fluid/skewing.h"
@@ -301,7 +302,7 @@ double refresh(const System<Real>& system, const Skewed& skewed, Array<double>& 
 template <class Kind>
 linear::Solution solve(const System<Real>& system, const PressureSettings& settings, PressureMemory<Real>& memory,
                        Array<double>& q) {
-  q.resize(system.cells.size()), fill_with_zeros(q);
+  const auto start = start_of(system, settings.guess, memory, q);
   const Skewed skewed(system);
   const Kind kind{skewed};
   Array<Real> diagonal = skew(skewed, system.diagonal, memory), right = skew(skewed, system.right, memory),
@@ -310,7 +311,8 @@ linear::Solution solve(const System<Real>& system, const PressureSettings& setti
       .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(skewed, diagonal, x, y); },
       .precondition = [&](auto r, auto z) { return precondition(skewed, kind, inverse, r, z); },
       .residual = nullptr,
-      .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, skewed, q, x, r); }};
+      .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, skewed, q, x, r); },
+      .start = start};
   const auto zeros = [&] { return take_zeros(memory, skewed.size()); };
   Array<Real> x = zeros(), r = zeros(), z = zeros(), p = zeros();
   const linear::Solution solution = linear::iterate(Vectors{skewed}, operators, right, {x, r, z, p}, settings.stop);

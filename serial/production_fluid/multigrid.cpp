@@ -17,6 +17,7 @@
 
 #include "common/linear/iterate.h"
 #include "common/real.h"
+#include "serial/production_fluid/guess.h"
 #include "serial/production_fluid/multigrid_levels.h"
 
 namespace lockstep::production_fluid::serial {
@@ -158,16 +159,18 @@ void multigrid_cycle(const System<Real>& system, std::span<const Real> r, std::s
 
 linear::Solution pressure_solve_multigrid(const System<Real>& system, const PressureSettings& settings,
                                           PressureMemory<Real>& memory, Array<double>& q) {
-  q.assign(system.cells.size(), 0);
+  const auto start = start_of(system, settings.guess, memory, q);
   std::vector<Level> levels = make_levels(system, memory);
   const linear::System<Real> operators = {
       .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(system, x, y); },
-      .precondition = [&](std::span<const Real> x, std::span<Real> y) {
-        cycle(levels, 0, x, y);
-        return linear::serial::dot(x, y);
-      },
+      .precondition =
+          [&](std::span<const Real> x, std::span<Real> y) {
+            cycle(levels, 0, x, y);
+            return linear::serial::dot(x, y);
+          },
       .residual = nullptr,
-      .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, q, x, r); }};
+      .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, q, x, r); },
+      .start = start};
   const linear::VectorKernels<Real> vectors = {linear::serial::dot, linear::serial::axpy, linear::serial::advance,
                                                linear::serial::descend};
   const auto zeros = [&] { return memory.take_zeros(system.cells.size()); };

@@ -15,6 +15,7 @@
 
 #include "common/linear/iterate.h"
 #include "common/real.h"
+#include "serial/production_fluid/guess.h"
 
 namespace lockstep::production_fluid::serial {
 namespace {
@@ -165,13 +166,14 @@ double precondition(const System<Real>& system, int block, const Array<Real>& in
 
 linear::Solution solve(const System<Real>& system, int block, const PressureSettings& settings,
                        PressureMemory<Real>& memory, Array<double>& q) {
-  q.assign(system.cells.size(), 0);
+  const auto start = start_of(system, settings.guess, memory, q);
   Array<Real> inverse = make_inverses(system, block, settings.modification, memory);
   const linear::System<Real> operators = {
       .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(system, x, y); },
       .precondition = [&](auto r, auto z) { return precondition(system, block, inverse, r, z); },
       .residual = nullptr,
-      .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, q, x, r); }};
+      .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, q, x, r); },
+      .start = start};
   const auto zeros = [&] { return memory.take_zeros(system.cells.size()); };
   Array<Real> x = zeros(), r = zeros(), z = zeros(), p = zeros();
   const linear::Solution solution =

@@ -35,15 +35,19 @@ struct Forms {
   PressureSolve<Real>* solve;
 };
 
-// Calls done(module) after each module.
+// After gravity has acted for `span`, s. Calls done(module) after each module.
 template <class Done>
-void make_incompressible(const Model& model, PressureSolve<Real>* solve, Fluid<Real>& fluid, StepMemory<Real>& memory,
-                         const Done& done) {
+void make_incompressible(const Model& model, PressureSolve<Real>* solve, double span, Liquid<Real>& liquid,
+                         StepMemory<Real>& memory, const Done& done) {
+  Fluid<Real>& fluid = liquid.fluid;
   make_system(fluid, memory.system);
   done(Module::make_system);
-  memory.iterations += solve(memory.system, model.pressure, memory.pressure, memory.q).iterations;
+  PressureSettings settings = model.pressure;
+  settings.guess = liquid.pushed > 0 ? span / liquid.pushed : 0;
+  memory.iterations += solve(memory.system, settings, memory.pressure, liquid.q).iterations;
+  liquid.pushed = span;
   done(Module::pressure_solve);
-  project(fluid, memory.system, memory.q, fluid.velocity);
+  project(fluid, memory.system, liquid.q, fluid.velocity);
   done(Module::project);
   extrapolate(fluid, Real(distance_of_extrapolation) * fluid.spacing, fluid.velocity);
   done(Module::extrapolate);
@@ -64,11 +68,13 @@ Real longest_step(const Model& model, const Vector3<double>& gravity, const Face
 }
 
 // Plans the next substep, and applies gravity from the middle of this substep to the middle of the next. `length`, s,
-// is that of this substep; `left`, s, is left of a frame after it.
-void accelerate(const Model& model, double length, double left, Liquid<Real>& liquid) {
+// is that of this substep; `left`, s, is left of a frame after it. Returns for how long gravity acted, s.
+double accelerate(const Model& model, double length, double left, Liquid<Real>& liquid) {
   Faces<Real>& velocity = liquid.fluid.velocity;
   liquid.planned = next_substep(longest_step(model, model.gravity, velocity), left);
-  apply_forces(convert<Real>(model.gravity), static_cast<Real>(.5 * (length + liquid.planned)), velocity);
+  const double span = .5 * (length + liquid.planned);
+  apply_forces(convert<Real>(model.gravity), static_cast<Real>(span), velocity);
+  return span;
 }
 
 // A substep that begins `now`, s since the first frame began, and is `length`, s, long; `left`, s, is left of a frame
@@ -79,6 +85,7 @@ void substep(const Model& model, const Forms& forms, double now, double length, 
   const Real dt = static_cast<Real>(length);
   Fluid<Real>& fluid = liquid.fluid;
   Particles<Real>& particles = liquid.particles;
+  double span = 0;  // s, for which gravity acts
   advect_level_set_maccormack(fluid.phi, fluid.velocity, dt, memory.phi, memory.arrived);
   std::swap(fluid.phi, memory.phi);
   done(Module::advect_level_set);
@@ -90,7 +97,7 @@ void substep(const Model& model, const Forms& forms, double now, double length, 
     advect_velocity_semi_lagrangian(fluid.velocity, dt, memory.velocity);
     std::swap(fluid.velocity, memory.velocity);
     done(Module::advect_velocity);
-    accelerate(model, length, left, liquid);
+    span = accelerate(model, length, left, liquid);
     done(Module::apply_forces);
   }
   if (!model.sources.empty()) {
@@ -119,7 +126,7 @@ void substep(const Model& model, const Forms& forms, double now, double length, 
   adjust_radii(fluid.phi, particles);
   done(Module::adjust_radii);
 
-  if (!model.given) make_incompressible(model, forms.solve, fluid, memory, done);
+  if (!model.given) make_incompressible(model, forms.solve, span, liquid, memory, done);
 }
 
 void reseed_blocks(const Model& model, int round, Liquid<Real>& liquid, StepMemory<Real>& memory) {
@@ -158,11 +165,11 @@ void step(const Model& model, const Forms& forms, Liquid<Real>& liquid, StepMemo
 void start(const Model& model, Liquid<Real>& liquid, StepMemory<Real>& memory) {
   Fluid<Real>& fluid = liquid.fluid;
   memory = make_memory(fluid);
-  if (!model.given) accelerate(model, 0, model.frame, liquid);
+  const double span = model.given ? 0 : accelerate(model, 0, model.frame, liquid);
   add_sources(model.sources, 0, fluid, liquid.particles);
   extend_level_set(memory.extension, fluid.phi);
   reseed_blocks(model, 0, liquid, memory);
-  if (!model.given) make_incompressible(model, pressure_solve_mic, fluid, memory, [](Module) {});
+  if (!model.given) make_incompressible(model, pressure_solve_mic, span, liquid, memory, [](Module) {});
 }
 
 void step_multigrid(const Model& model, Liquid<Real>& liquid, StepMemory<Real>& memory) {

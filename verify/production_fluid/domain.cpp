@@ -128,9 +128,9 @@ Simulation simulation(const RunOptions& options) {
     parts.push_back({"obstacles", false,
                      [run, h](const std::string& path) { write_vtk(path, run->liquid.fluid.solid, 4 * h); }, ".vti"});
   std::vector<Kept> state = keep_all(liquid);
-  state.insert(state.end(),
-               {keep_number(liquid.frames), keep_number(liquid.planned), keep_number(liquid.particles.count),
-                keep_number(liquid.spray.count), keep_number(run->volume_at_start)});
+  state.insert(state.end(), {keep_number(liquid.frames), keep_number(liquid.planned), keep_number(liquid.pushed),
+                             keep_number(liquid.particles.count), keep_number(liquid.spray.count),
+                             keep_number(run->volume_at_start)});
   return {
       .name = run->scene.name,
       .form = form.name,
