@@ -140,6 +140,15 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
   const auto row = [&](int i, const Vector3<Real>& p, const Vector3<Real>& pulls) {
     return select(inverse_mass[i] > 0, mass[i] * p - half_step * pulls, none);
   };
+  const auto multiply = [&](std::span<const Real> p, std::span<Real> q) {
+    damp<1>(elements, state, {product(0, p)});
+    for (int i = 0; i < elements.vertices; ++i) set(q, i, row(i, record(p, i), record(memory.pulls[0], i)));
+    return dot(p, q);
+  };
+  const auto precondition = [&](std::span<const Real> r, std::span<Real> z) {
+    for (int i = 0; i < elements.vertices; ++i) set(z, i, inverse_mass[i] * record(r, i));
+    return dot(r, z);
+  };
 
   for (int i = 0; i < elements.vertices; ++i) set(x, i, load(velocity, i));
   const bool is_guessed = has_guess(changes);
@@ -167,15 +176,6 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
     left = norm_of_b > 0 ? norm_of_rest / norm_of_b : 0;
   }
 
-  const auto multiply = [&](std::span<const Real> p, std::span<Real> q) {
-    damp<1>(elements, state, {product(0, p)});
-    for (int i = 0; i < elements.vertices; ++i) set(q, i, row(i, record(p, i), record(memory.pulls[0], i)));
-    return dot(p, q);
-  };
-  const auto precondition = [&](std::span<const Real> r, std::span<Real> z) {
-    for (int i = 0; i < elements.vertices; ++i) set(z, i, inverse_mass[i] * record(r, i));
-    return dot(r, z);
-  };
   const linear::System<Real> system = {multiply, precondition, nullptr, nullptr};
   linear::Solution solution =
       linear::serial::conjugate_gradients(system, b, x, {stop.tolerance / left, stop.iterations});
