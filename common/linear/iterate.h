@@ -47,7 +47,7 @@ Solution iterate(const Vectors& vectors, const System<Real>& system, std::type_i
   double refreshed = 1;  // the last true residual
   const auto begin_with = [&](bool guess) {
     system.start(guess);
-    residual = refreshed = std::sqrt(system.refresh(x, r)) / norm_of_b;
+    residual = refreshed = std::sqrt(system.refresh(work.x, work.r)) / norm_of_b;
   };
   if (system.start)
     begin_with(true);
