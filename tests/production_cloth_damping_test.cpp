@@ -10,7 +10,6 @@
 #include <cstring>
 #include <eigen3/Eigen/Dense>
 
-#include "common/linear/dot.h"
 #include "tests/production_cloths.h"
 
 namespace lockstep::production_cloth {
@@ -89,9 +88,6 @@ Changes<double> some_changes(int vertices, int held) {
     changes.before[4 * i] = b.x, changes.before[4 * i + 1] = b.y, changes.before[4 * i + 2] = b.z;
   }
   changes.weight = {.75, -.5};
-  using linear::serial::dot;
-  changes.product = {dot(changes.last, changes.last), dot(changes.last, changes.before),
-                     dot(changes.before, changes.before)};
   return changes;
 }
 

@@ -17,7 +17,7 @@
 // directions are kept, so that convergence does not begin anew. The sum is 0 at first. In the end it is the solution,
 // and x is 0.
 //
-// With System::start, too, the sum begins with a guess, unless that leaves a residual no less than b: then with 0.
+// With System::start, too, the sum begins with a guess; with 0 if that leaves a residual greater than b, or NaN.
 //
 // In: system; b. Out: x. Vectors of one length; x and b do not overlap. b = 0 gives x = 0 in no iteration. Stops, too,
 // where p . A p <= 0 or is NaN: A is then not positive definite, or x has overflowed.

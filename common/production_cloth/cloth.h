@@ -51,8 +51,14 @@ template <class Real>
 struct Changes {
   Array<Real> last, before;  // m/s
   Array<Real> weight;        // of `last` and of `before`
-  Array<double> product;     // last . last, last . before, before . before
 };
+
+template <Is<Changes> C, class F>
+void for_each_array(C& changes, const F& f) {
+  f("last change", changes.last, changes.last.size());
+  f("change before", changes.before, changes.before.size());
+  f("weight of changes", changes.weight, changes.weight.size());
+}
 
 // The numbers of such records, for lanes.
 constexpr std::size_t numbers_of_records(std::size_t vertices) { return 4 * ((vertices + 15) / 16 * 16); }
@@ -61,7 +67,7 @@ constexpr std::size_t numbers_of_records(std::size_t vertices) { return 4 * ((ve
 template <class Real>
 Changes<Real> make_changes(std::size_t vertices) {
   const Array<Real> none(numbers_of_records(vertices));
-  return {none, none, Array<Real>(2), Array<double>(3)};
+  return {none, none, Array<Real>(2)};
 }
 
 // The state that steps change.
@@ -76,14 +82,7 @@ template <Is<Motion> M, class F>
 void for_each_array(M& motion, const F& f) {
   f("position", motion.position, motion.position.x.size());
   f("velocity", motion.velocity, motion.velocity.x.size());
-  f("last change by the first half", motion.by_first_half.last, motion.by_first_half.last.size());
-  f("change before by the first half", motion.by_first_half.before, motion.by_first_half.before.size());
-  f("weight by the first half", motion.by_first_half.weight, motion.by_first_half.weight.size());
-  f("product by the first half", motion.by_first_half.product, motion.by_first_half.product.size());
-  f("last change by the second half", motion.by_second_half.last, motion.by_second_half.last.size());
-  f("change before by the second half", motion.by_second_half.before, motion.by_second_half.before.size());
-  f("weight by the second half", motion.by_second_half.weight, motion.by_second_half.weight.size());
-  f("product by the second half", motion.by_second_half.product, motion.by_second_half.product.size());
+  for_each_array(motion.by_first_half, f), for_each_array(motion.by_second_half, f);
 }
 
 }  // namespace lockstep::production_cloth

@@ -47,7 +47,7 @@ struct DampingRoom {
   Array<float> inverse_mass;                    // 1/kg: of the vertex, in each of its numbers
   Array<float> membrane_parts[damped_at_once];  // records, by place
   Array<float> pushes[damped_at_once];          // [place]: pushes_of_facet
-  Array<double> sums;                           // [block]: a cache line each
+  Array<double> sums;                           // [block]: whole cache lines
 };
 
 }  // namespace openmp
@@ -91,24 +91,23 @@ inline Parts<T, 3> damping_of_membrane(const Elements<Real>& elements, const Mem
   return parts_of_membrane(m, damping_stress(share * T(elements.lambda), share * T(elements.mu), f, rate));
 }
 
+// Whether a solve begins with a guess.
 template <class Real>
 inline bool has_guess(const Changes<Real>& changes) {
   return changes.weight[0] != 0 || changes.weight[1] != 0;
 }
 
-// Makes the change x, which stands in `before`, the last one. xx, xy, xz: its dot products with itself, with y, which
-// is the last one until then, and with z before it. The next weights are those of y and z in what is nearest to x in
-// the 2-norm. Where y and z are parallel but for a thousandth, or one is 0: all of x, if it is not 0.
+// Makes the change x, which stands in `before`, the last one. The others are dot products: y was the last change until
+// then, and z the one before it. The next weights are those of y and z in what is nearest to x in the 2-norm. Where y
+// and z are parallel but for a thousandth, or one is 0: all of x, if it is not 0.
 template <class Real>
-inline void keep_change(Changes<Real>& changes, double xx, double xy, double xz) {
-  const double yy = changes.product[0], yz = changes.product[1], zz = changes.product[2];
+inline void keep_change(Changes<Real>& changes, double xx, double xy, double xz, double yy, double yz, double zz) {
   const double determinant = yy * zz - yz * yz;
   if (determinant > 1e-6 * (yy * zz))
     changes.weight = {static_cast<Real>((xy * zz - xz * yz) / determinant),
                       static_cast<Real>((xz * yy - xy * yz) / determinant)};
   else
     changes.weight = {Real(xx > 0 ? 1 : 0), 0};
-  changes.product = {xx, xy, yy};
   std::swap(changes.last, changes.before);
 }
 

@@ -161,8 +161,8 @@ void damp(const Elements<Real>& elements, const State<Real>& state, const Inputs
 }
 
 // The sums of a block. Those of one loop are read until the next loop but one, so no two loops in a row share any.
-enum Sum { pq, rr, rz, bb, gb, xx = bb, xy, xz };
-constexpr std::size_t sums_of_block = 8;  // a cache line
+enum Sum { pq, rr, rz, bb, gb, xx = bb, xy, xz, yy, yz, zz };
+constexpr std::size_t sums_of_block = 16;  // two cache lines
 
 // A sum of all blocks, added up in their order.
 double total(const DampingRoom& room, int which) {
@@ -313,16 +313,19 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
     }
     const bool is_there = mine.iterations > 0, is_last_step_due = is_there && done();
     for_each_block(n, [&](int block, int begin, int end) {
-      doublev of_xx = 0., of_xy = 0., of_xz = 0.;
+      doublev of_xx = 0., of_xy = 0., of_xz = 0., of_yy = 0., of_yz = 0., of_zz = 0.;
       for (int k = begin; k < end; k += lanes) {
+        const floatv y = load(&changes.last[k]), z = load(&changes.before[k]);
         floatv change = is_there ? load(&x[k]) : floatv(0.f);
         if (is_last_step_due) change = change + floatv(step) * load(&p[k]);
         if (is_guessed) change = change + along * guess(k);
-        of_xx = add_products(of_xx, change, change), of_xy = add_products(of_xy, change, load(&changes.last[k]));
-        of_xz = add_products(of_xz, change, load(&changes.before[k]));
+        of_xx = add_products(of_xx, change, change), of_xy = add_products(of_xy, change, y);
+        of_xz = add_products(of_xz, change, z), of_yy = add_products(of_yy, y, y);
+        of_yz = add_products(of_yz, y, z), of_zz = add_products(of_zz, z, z);
         store(&changes.before[k], change);
       }
       sums(block)[xx] = reduce_add(of_xx), sums(block)[xy] = reduce_add(of_xy), sums(block)[xz] = reduce_add(of_xz);
+      sums(block)[yy] = reduce_add(of_yy), sums(block)[yz] = reduce_add(of_yz), sums(block)[zz] = reduce_add(of_zz);
       for_each_slice(begin, end,
                      [&](int i) { store(v, lanes * i, load(v, lanes * i) + record(changes.before, i), free(i)); });
     });
@@ -330,7 +333,8 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
 #pragma omp single nowait
     solution = mine, solution.recursive_residual *= left;
   }
-  keep_change(changes, total(room, xx), total(room, xy), total(room, xz));
+  keep_change(changes, total(room, xx), total(room, xy), total(room, xz), total(room, yy), total(room, yz),
+              total(room, zz));
   return solution;
 }
 

@@ -4,6 +4,7 @@
 
 #include <span>
 
+#include "common/production_cloth/cloth.h"
 #include "common/production_cloth/elastic.h"
 #include "common/production_cloth/element_forces.h"
 #include "common/simd.h"
@@ -70,7 +71,7 @@ inline Array<float> make_pushes(const Elements<float>& elements) {
   return Array<float>(elements.facets > 0 ? static_cast<std::size_t>(elements.last_place() + 1) : 0);
 }
 inline Array<float> make_records(const Elements<float>& elements) {
-  return Array<float>(4 * lanes * static_cast<std::size_t>(elements.slices()));
+  return Array<float>(numbers_of_records(elements.vertices));
 }
 
 // Positions as records. Called by all threads of a team.

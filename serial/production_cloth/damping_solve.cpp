@@ -186,9 +186,10 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
     const Vector3<Real> v = load(velocity, i);
     store(velocity, i, select(inverse_mass[i] > 0, v + record(x, i), v));
   }
-  const double xx = dot(x, x), xy = dot(x, changes.last), xz = dot(x, changes.before);
+  const std::span<const Real> y = changes.last, z = changes.before;
+  const double xx = dot(x, x), xy = dot(x, y), xz = dot(x, z), yy = dot(y, y), yz = dot(y, z), zz = dot(z, z);
   std::ranges::copy(x, changes.before.begin());
-  keep_change(changes, xx, xy, xz);
+  keep_change(changes, xx, xy, xz, yy, yz, zz);
   return solution;
 }
 

@@ -21,10 +21,7 @@ struct Damped {
 template <Same<Damped> S, class F>
 void for_each_array(S& damped, const F& f) {
   f("velocity", damped.velocity, damped.velocity.x.size());
-  f("last change", damped.changes.last, damped.changes.last.size());
-  f("change before", damped.changes.before, damped.changes.before.size());
-  f("weight", damped.changes.weight, damped.changes.weight.size());
-  f("product", damped.changes.product, damped.changes.product.size());
+  for_each_array(damped.changes, f);
   f("number", damped.number, damped.number.size());
 }
 
