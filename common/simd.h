@@ -158,6 +158,14 @@ LOCKSTEP_INLINE Float* record_at(Float* records, std::int32_t i) {
   return records + std::ptrdiff_t{floats} * i;
 }
 
+// Stores a register as an array of numbers, at any alignment. The store of an intrinsic may change objects of all
+// types: after each one a loop would load its addresses and strides again.
+template <class Number, class Register>
+LOCKSTEP_INLINE void store_numbers(Number* p, Register v) {
+  typedef Number Numbers __attribute__((vector_size(sizeof(Register)), aligned(alignof(Number))));
+  *reinterpret_cast<Numbers*>(p) = reinterpret_cast<Numbers>(v);
+}
+
 }  // namespace lockstep
 
 #if defined(LOCKSTEP_ISA_AVX512)

@@ -37,8 +37,8 @@ LOCKSTEP_INLINE floatv to_float(doublev a) {
 }
 LOCKSTEP_INLINE doublev load(const double* p) { return {_mm512_loadu_pd(p), _mm512_loadu_pd(p + 8)}; }
 LOCKSTEP_INLINE void store(double* p, doublev v) {
-  _mm512_storeu_pd(p, v.low);
-  _mm512_storeu_pd(p + 8, v.high);
+  store_numbers(p, v.low);
+  store_numbers(p + 8, v.high);
 }
 
 #elif defined(LOCKSTEP_ISA_AVX2)
@@ -72,7 +72,7 @@ LOCKSTEP_INLINE doublev load(const double* p) {
   return {_mm256_loadu_pd(p), _mm256_loadu_pd(p + 4), _mm256_loadu_pd(p + 8), _mm256_loadu_pd(p + 12)};
 }
 LOCKSTEP_INLINE void store(double* p, doublev v) {
-  for (int q = 0; q < 4; ++q) _mm256_storeu_pd(p + 4 * q, v.quarter[q]);
+  for (int q = 0; q < 4; ++q) store_numbers(p + 4 * q, v.quarter[q]);
 }
 
 #else

@@ -47,12 +47,12 @@ LOCKSTEP_INLINE intv load(const std::int32_t* p, maskv mask) {
   return {_mm256_maskload_epi32(p, mask.lo), _mm256_maskload_epi32(p + 8, mask.hi)};
 }
 LOCKSTEP_INLINE void store(float* p, floatv v) {
-  _mm256_storeu_ps(p, v.lo);
-  _mm256_storeu_ps(p + 8, v.hi);
+  store_numbers(p, v.lo);
+  store_numbers(p + 8, v.hi);
 }
 LOCKSTEP_INLINE void store(std::int32_t* p, intv v) {
-  _mm256_storeu_si256(as_int(p), v.lo);
-  _mm256_storeu_si256(as_int(p + 8), v.hi);
+  store_numbers(p, v.lo);
+  store_numbers(p + 8, v.hi);
 }
 LOCKSTEP_INLINE void store(float* p, floatv v, maskv mask) {
   _mm256_maskstore_ps(p, mask.lo, v.lo);

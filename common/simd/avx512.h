@@ -38,8 +38,8 @@ LOCKSTEP_INLINE floatv load(const float* p) { return _mm512_loadu_ps(p); }
 LOCKSTEP_INLINE intv load(const std::int32_t* p) { return _mm512_loadu_si512(p); }
 LOCKSTEP_INLINE floatv load(const float* p, maskv mask) { return _mm512_maskz_loadu_ps(mask.m, p); }
 LOCKSTEP_INLINE intv load(const std::int32_t* p, maskv mask) { return _mm512_maskz_loadu_epi32(mask.m, p); }
-LOCKSTEP_INLINE void store(float* p, floatv v) { _mm512_storeu_ps(p, v.v); }
-LOCKSTEP_INLINE void store(std::int32_t* p, intv v) { _mm512_storeu_si512(p, v.v); }
+LOCKSTEP_INLINE void store(float* p, floatv v) { store_numbers(p, v.v); }
+LOCKSTEP_INLINE void store(std::int32_t* p, intv v) { store_numbers(p, v.v); }
 LOCKSTEP_INLINE void store(float* p, floatv v, maskv mask) { _mm512_mask_storeu_ps(p, mask.m, v.v); }
 LOCKSTEP_INLINE void store(std::int32_t* p, intv v, maskv mask) { _mm512_mask_storeu_epi32(p, mask.m, v.v); }
 LOCKSTEP_INLINE void stream(float* p, floatv v) { _mm512_stream_ps(p, v.v); }
