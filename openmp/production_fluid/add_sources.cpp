@@ -67,7 +67,8 @@ void wet(const Source& source, Particles<Real>& particles) {
 #pragma omp parallel for schedule(static)
   for (int i = 0; i < count; i += lanes) {
     const floatv level = level_of(ball, Vector3<floatv>{load(x + i), load(y + i), load(z + i)});
-    store(&particles.sign[i], floatv(-1.f), (level < 0.f) & first_lanes(count - i));
+    const maskv in = (level < 0.f) & first_lanes(count - i);
+    if (any(in)) store(&particles.sign[i], floatv(-1.f), in);  // an empty store would still fetch the line
   }
 }
 

@@ -8,9 +8,12 @@
 
 #include "common/real.h"
 #include "common/simd.h"
+#include "openmp/whole_vectors.h"
 
 namespace lockstep::production_fluid::openmp {
 namespace {
+
+using lockstep::openmp::with_first_lanes;
 
 void add(Real change, Field<Real>& component) {
   if (change == 0) return;
@@ -20,7 +23,7 @@ void add(Real change, Field<Real>& component) {
     for (int y = 0; y < component.ny; ++y)
       for (int x = 0; x < component.nx; x += lanes) {
         Real* const at = &component(x, y, z);
-        store(at, load(at) + change, first_lanes(component.nx - x));
+        with_first_lanes(component.nx - x, [&](auto faces) { store(at, load(at, faces) + change, faces); });
       }
 }
 
