@@ -11,7 +11,7 @@
 namespace lockstep::verify {
 
 Record record(int cores, const std::function<void()>& work, double (*clock)(), double clock_ns, Locks locks) {
-  Recorder mine(cores, clock, clock_ns, locks);
+  Recorder mine(cores, clock, clock_ns);
   std::atomic<bool> all_done = false;
   Record made;
   // One thread makes the record, the others serve it as hosts. `recorder` is set after the barrier, when no thread
@@ -22,8 +22,9 @@ Record record(int cores, const std::function<void()>& work, double (*clock)(), d
 #pragma omp barrier
     if (thread == 0) {
       recorder = &mine;
+      recorder_of_locks = locks == Locks::noted ? &mine : nullptr;
       made = mine.make(work);
-      recorder = nullptr;
+      recorder = recorder_of_locks = nullptr;
       all_done.store(true, std::memory_order_release);
     } else {
       mine.host(thread).serve(all_done);
@@ -39,24 +40,19 @@ bool has_locks(const Record& record) {
   return false;
 }
 
-namespace {
-
-double work_in(const Region& region) {
-  double ns = 0;
-  for (const std::vector<Event>& events : region)
-    for (const Event& event : events) ns += event.ns;
-  return ns;
-}
-
-}  // namespace
-
 void fit(Record& noted, const Record& whole) {
-  for (std::size_t r = 0; r < noted.regions.size(); ++r) {
-    const double had = work_in(noted.regions[r]), has = work_in(whole.regions[r]);
-    if (had == 0) continue;
-    for (std::vector<Event>& events : noted.regions[r])
-      for (Event& event : events) event.ns *= has / had;
-  }
+  const auto work_of = [](const std::vector<Event>& member) {
+    double ns = 0;
+    for (const Event& event : member) ns += event.ns;
+    return ns;
+  };
+  for (std::size_t r = 0; r < noted.regions.size(); ++r)
+    for (std::size_t m = 0; m < noted.regions[r].size(); ++m) {
+      std::vector<Event>& member = noted.regions[r][m];
+      const double had = work_of(member), has = work_of(whole.regions[r][m]);
+      if (had == 0) continue;
+      for (Event& event : member) event.ns *= has / had;
+    }
 }
 
 }  // namespace lockstep::verify

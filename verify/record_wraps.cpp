@@ -43,6 +43,7 @@ bool runs_alone() { return Crew::in_region() || (crew && crew->resting()); }
 extern "C" {
 
 using lockstep::verify::recorder;
+using lockstep::verify::recorder_of_locks;
 using lockstep::verify::SharedWork;
 using Count = unsigned long long;
 
@@ -128,8 +129,13 @@ WRAP(bool, GOMP_single_start, (), (), recorder->single())
 WRAP(int, omp_get_thread_num, (), (), recorder->thread())
 WRAP(int, omp_get_num_threads, (), (), recorder->alone() ? 1 : recorder->cores())
 WRAP(int, omp_get_max_threads, (), (), recorder->cores())
-WRAP(void, omp_set_lock, (omp_lock_t * lock), (lock), recorder->set(lock))
-WRAP(void, omp_unset_lock, (omp_lock_t * lock), (lock), recorder->unset(lock))
+#define WRAP_LOCK(name, answer)                         \
+  void __wrap_##name(omp_lock_t* lock) {                \
+    if (!recorder_of_locks) return __real_##name(lock); \
+    recorder_of_locks->answer(lock);                    \
+  }
+WRAP_LOCK(omp_set_lock, set)
+WRAP_LOCK(omp_unset_lock, unset)
 WRAP(void, lockstep_post, (lockstep::Flag * flag, int value), (flag, value), recorder->post(flag, value))
 WRAP(void, lockstep_await, (const lockstep::Flag* flag, int value), (flag, value), recorder->await(flag, value))
 }
