@@ -12,7 +12,7 @@
 
 namespace lockstep::production_cloth {
 
-// Four numbers a contact, side by side. Padded for sixteen contacts at a time: resize_contacts.
+// Four numbers a contact, side by side. Padded for sixteen contacts at a time (resize).
 template <class Real>
 struct Contacts {
   std::size_t count = 0;
