@@ -47,6 +47,7 @@ struct DampingRoom {
   Array<float> inverse_mass;                    // 1/kg: of the vertex, in each of its numbers
   Array<float> membrane_parts[damped_at_once];  // records, by place
   Array<float> pushes[damped_at_once];          // [place]: pushes_of_facet
+  Array<float> normals;                         // [16 (3 item + c) + lane]: of facets, at each vertex's corners
   Array<double> sums;                           // [block]: whole cache lines
 };
 

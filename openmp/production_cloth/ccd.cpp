@@ -1,8 +1,9 @@
-// Continuous collision detection, sixteen pairs at a time through the four tests that dismiss pairs.
+// Continuous collision detection, sixteen pairs at a time through the tests that dismiss pairs.
 //
 // Both positions of a vertex are first put side by side, so that a vertex of a pair costs one access. Then threads take
-// chunks of pairs. What the cheap tests leave of a chunk is packed, so that the dearer ones have full vectors, too. The
-// few pairs that are left after all tests are searched for their impact one by one: lanes would diverge.
+// chunks of pairs. The first test, along the axes, takes a pair's axes and both ends at once, pair after pair. What it
+// leaves of a chunk is packed into lanes, and again after each further test, so that the dearer ones have full vectors,
+// too. The few pairs that are left after all tests are searched for their impact one by one: lanes would diverge.
 //
 // Each thread keeps what it finds; the impacts of a chunk stand together and in order. They move to their places when
 // it is known how many the chunks before have. So the result does not depend on which thread did what.
@@ -17,8 +18,9 @@
 
 #include "common/production_cloth/ccd_impact.h"
 #include "common/real.h"
-#include "common/simd.h"
+#include "common/simd_records.h"
 #include "openmp/failure.h"
+#include "openmp/vector_lanes.h"
 
 namespace lockstep::production_cloth::openmp {
 namespace {
@@ -37,12 +39,15 @@ struct Left {
   std::int32_t which[chunk_size + lanes];
 };
 
+// The padding, too.
 void put_side_by_side(const Vectors<Real>& start, const Vectors<Real>& end, int vertices, Array<Real>& vertex) {
-  // Every vertex is one thread's.
+  static constexpr std::int32_t consecutive[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  const Vector3<const Real*> from = pointers(start), to = pointers(end);
+  // Sixteen vertices are one thread's.
 #pragma omp parallel for schedule(static)
-  for (int v = 0; v < vertices; ++v) {
-    const float record[8] = {start.x[v], start.y[v], start.z[v], 0, end.x[v], end.y[v], end.z[v], 0};
-    std::copy(record, record + 8, &vertex[8 * std::size_t(v)]);
+  for (int v = 0; v < vertices; v += lanes) {
+    const Vector3<floatv> x = load(from, v), y = load(to, v);
+    store_records(&vertex[8 * std::size_t(v)], consecutive, {{x.x, x.y, x.z, 0.f, y.x, y.y, y.z, 0.f}});
   }
 }
 
@@ -72,6 +77,21 @@ Corners<double> to_double(const Array<Real>& vertex, const Vertices& corner) {
   return wide;
 }
 
+// The test of ccd_filters.h for one pair, all axes at once: records hold both positions of a vertex side by side, as
+// x, y, z and 0.
+template <Kind kind>
+LOCKSTEP_INLINE bool apart_along_axes(const Real* vertex, const Vertices& corner) {
+  const auto record = [&](int i) { return load_record(lockstep::record_at<8>(vertex, corner[i])); };
+  recordv low[2], high[2];  // of the first element, and of the second
+  for (int i = 0; i < 4; ++i) {
+    const bool is_second = i >= first_of<kind>, begins = i == 0 || i == first_of<kind>;
+    const recordv x = record(i);
+    low[is_second] = begins ? x : min(low[is_second], x), high[is_second] = begins ? x : max(high[is_second], x);
+  }
+  const std::uint32_t below = less(high[0], low[1]), above = less(high[1], low[0]);
+  return ((below & below >> 4) | (above & above >> 4)) != 0;
+}
+
 // Keeps those of `left` that `dismissed` does not dismiss, in order.
 LOCKSTEP_INLINE void keep(Left& left, const auto& dismissed) {
   int kept = 0;
@@ -87,11 +107,11 @@ template <Kind kind>
 void find(const Array<Real>& vertex, std::span<const ElementPair> pairs, const auto& corners_of,
           std::vector<Found>& found) {
   Left left;
-  left.count = static_cast<int>(pairs.size());
-  for (int k = 0; k < left.count; ++k) left.which[k] = k;
-  keep(left, [&](const std::int32_t* which, int n) {
-    return apart_along_axes<kind>(load_corners(vertex, pairs, which, n, corners_of));
-  });
+  // One pair after another, without a branch: to fill lanes would take longer than the test.
+  for (int k = 0; k < static_cast<int>(pairs.size()); ++k) {
+    left.which[left.count] = k;
+    left.count += !apart_along_axes<kind>(vertex.data(), corners_of(pairs[k]));
+  }
   keep(left, [&](const std::int32_t* which, int n) {
     return apart_midway<kind>(spans_of(load_corners(vertex, pairs, which, n, corners_of)));
   });
@@ -130,7 +150,7 @@ void ccd(const Topology& topology, const ElementPairs& pairs, const Vectors<Real
   std::vector<CcdMemory::Part>& part = memory.part;
   std::vector<std::size_t>& before = memory.before;
   const std::size_t of_triangles = chunks_of(pairs.point_triangle), chunks = of_triangles + chunks_of(pairs.edge_edge);
-  vertex.resize(8 * static_cast<std::size_t>(topology.vertices));
+  vertex.resize(8 * padded(topology.vertices));
   found.resize(std::max<std::size_t>(found.size(), omp_get_max_threads()));
   for (std::vector<Found>& of_thread : found) of_thread.clear();
   part.resize(chunks), before.resize(chunks + 1);

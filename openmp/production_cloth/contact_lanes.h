@@ -5,7 +5,7 @@
 
 #include "common/production_cloth/contacts.h"
 #include "common/production_cloth/respond.h"
-#include "common/simd.h"
+#include "common/simd_records.h"
 #include "openmp/vector_lanes.h"
 
 namespace lockstep::production_cloth::openmp {
@@ -41,7 +41,7 @@ inline void make_records(const Vectors<float>& vectors, const Array<float>& inve
 #pragma omp for schedule(static)
   for (int v = 0; v < n; v += lanes) {
     const Vector3<floatv> x = load(from, v);
-    store_quads(records + v, consecutive, {{x.x, x.y, x.z, load(&inverse_mass[v])}}, lanes_of(0xffff));
+    store_sixteen_quads(records[v].field, {{x.x, x.y, x.z, load(&inverse_mass[v])}});
   }
 }
 
@@ -52,7 +52,7 @@ inline void read_records(const Quad* records, Vectors<float>& vectors) {
   // Sixteen vectors are one thread's.
 #pragma omp for schedule(static)
   for (int v = 0; v < n; v += lanes) {
-    const auto [x, y, z, w] = load_quads(records + v, consecutive).field;
+    const auto [x, y, z, w] = load_sixteen_quads(records[v].field).field;
     store(to, v, {x, y, z});
   }
 }

@@ -9,6 +9,8 @@
 // membranes it waits for their parts, too, and with hinges for rates and parts. Sums are of blocks of vertices, in the
 // order of linear/'s dot product, and each thread adds up all blocks itself.
 //
+// The first product of a solve keeps the triangles' normals in the order of vertices. The others read them from there.
+//
 // The contract stands in common/production_cloth/damping_solve.h.
 #include "common/production_cloth/damping_solve.h"
 
@@ -53,7 +55,9 @@ LOCKSTEP_INLINE Pulls<count> add_links(const Elements<Real>& elements, const Sta
       if constexpr (Bending::value) part = (bend_damping * load(&elements.edge_bending_at[lanes * k])) * d;
       if constexpr (Springs::value) {
         const Real* const along = &state.along[3 * lanes * k];
-        part = part + damping_of_spring({load(along), load(along + lanes), load(along + 2 * lanes)}, d);
+        const Vector3<floatv> of_spring =
+            damping_of_spring({load(along), load(along + lanes), load(along + 2 * lanes)}, d);
+        part = Bending::value ? part + of_spring : of_spring;  // 0 + it is no other sum
       }
       sum[p] = sum[p] + part;
     }
@@ -107,7 +111,8 @@ void store_pushes(const Elements<Real>& elements, const State<Real>& state, cons
     for (std::size_t p = 0; p < count; ++p) {
       const auto torque = [&](int c) {
         const std::size_t side = corner_place(block, c);
-        return load(&state.resistance[side]) * (load(&rates[p][side]) + load_at(rates[p], &elements.beside[side]));
+        return load(&state.resistance[side]) *
+               (load(&rates[p][side]) + load_each(rates[p].data(), &elements.beside[side]));
       };
       const Sides<floatv> push = pushes_of_facet(cotangents, {torque(0), torque(1), torque(2)});
       for (int c = 0; c < 3; ++c) store(&room.pushes[p][corner_place(block, c)], push.of[c]);
@@ -133,8 +138,9 @@ void for_each_slice(int begin, int end, const F& f) {
 }
 
 // Calls row(slice, -D v of its vertices) for every slice, and then sum(block, begin, end) for every block. Vectors are
-// multiplied together: what is loaded of an element serves all. A team calls it, and waits at its end.
-template <std::size_t count, class Row, class Sum>
+// multiplied together: what is loaded of an element serves all. is_first: in a solve. A team calls it, and waits at its
+// end.
+template <bool is_first, std::size_t count, class Row, class Sum>
 void damp(const Elements<Real>& elements, const State<Real>& state, const Inputs<count>& v, DampingRoom& room,
           std::span<Array<Real>> rates, const Row& row, const Sum& sum) {
   if (elements.membranes > 0) store_membranes(elements, state, v, room);
@@ -145,6 +151,8 @@ void damp(const Elements<Real>& elements, const State<Real>& state, const Inputs
   }
   std::array<std::span<const Real>, count> pushes;
   for (std::size_t p = 0; p < count; ++p) pushes[p] = room.pushes[p];
+  // A slice's normals are kept by the thread that reads them.
+  const auto normals = [&](std::size_t k) { return normals_at<is_first>(elements, state, k, room.normals); };
   with_links_of(elements, [&](auto springs, auto bending) {
     for_each_block(record_floats * elements.slices(), [&](int block, int begin, int end) {
       for_each_slice(begin, end, [&](int slice) {
@@ -152,7 +160,7 @@ void damp(const Elements<Real>& elements, const State<Real>& state, const Inputs
         if (elements.membranes > 0)
           for (std::size_t p = 0; p < count; ++p)
             pulls[p] = add_parts(elements.corners_at, room.membrane_parts[p].data(), slice, pulls[p]);
-        if (elements.facets > 0) add_pushes(elements, state, pushes, slice, pulls);
+        if (elements.facets > 0) add_pushes(elements.corners_at, pushes, slice, normals, pulls);
         row(slice, pulls);
       });
       sum(block, begin, end);
@@ -180,6 +188,7 @@ DampingMemory<Real> make_damping_memory(const Elements<Real>& elements) {
   room.q = room.inverse_mass = none;
   for (int p = 0; p < damped_at_once; ++p)
     room.membrane_parts[p] = make_parts(elements), room.pushes[p] = make_pushes(elements);
+  if (elements.facets > 0) room.normals.resize(3 * elements.corners_at.at.size());
   room.sums.resize(sums_of_block * ((none.size() + linear::dot_block - 1) / linear::dot_block));
   return memory;
 }
@@ -208,7 +217,7 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
     set(q, slice, select(free(slice), row, none));
   };
   const auto multiply = [&] {
-    damp<1>(
+    damp<false, 1>(
         elements, state, {p}, room, memory.rates, [&](int slice, const Pulls<1>& pulls) { row(slice, pulls[0]); },
         [&](int block, int begin, int end) {
           doublev sum = 0.;
@@ -242,14 +251,14 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
   };
   // The right-hand side, and its norm.
   const auto begin_without_guess = [&] {
-    damp<1>(
+    damp<true, 1>(
         elements, state, {x}, room, memory.rates,
         [&](int slice, const Pulls<1>& pulls) { set_right_side(slice, pulls[0]); }, sum_residual);
     return std::sqrt(total(room, rr));
   };
   // The right-hand side, and A times the guess, which is the first direction.
   const auto multiply_guess = [&] {
-    damp<2>(
+    damp<true, 2>(
         elements, state, {x, p}, room, memory.rates,
         [&](int slice, const Pulls<2>& pulls) { set_right_side(slice, pulls[0]), row(slice, pulls[1]); },
         [&](int block, int begin, int end) {

@@ -33,7 +33,7 @@ struct OfBlock {
 // A triangle's three places, in each of sixteen lanes.
 struct AtPlaces {
   std::int32_t place[3][lanes];
-  floatv numbers(std::span<const float> from, int c) const { return load_at(from, place[c]); }
+  floatv numbers(std::span<const float> from, int c) const { return load_each(from.data(), place[c]); }
   std::array<std::int32_t, lanes> indices(std::span<const std::int32_t> from, int c) const {
     std::array<std::int32_t, lanes> of_lanes;
     for (int l = 0; l < lanes; ++l) of_lanes[l] = from[place[c][l]];
@@ -61,15 +61,31 @@ LOCKSTEP_INLINE Sides<floatv> pushes_of_facets(const Elements<float>& elements, 
   return pushes_of_facet(cotangents, {torque(0, x2 - x1), torque(1, x0 - x2), torque(2, x1 - x0)});
 }
 
+// The normals of the triangles at item k of corners_at.
+LOCKSTEP_INLINE Vector3<floatv> gather_normals(const Elements<float>& elements, const State<float>& state,
+                                               std::size_t k) {
+  return load_records_at(state.normals.data(), &elements.facet_at[lanes * k]);
+}
+
+// They are gathered once, and kept in the order of vertices for those who add up pushes again.
+template <bool is_first>
+LOCKSTEP_INLINE Vector3<floatv> normals_at(const Elements<float>& elements, const State<float>& state, std::size_t k,
+                                           std::span<float> kept) {
+  float* const normal = &kept[3 * lanes * k];
+  if constexpr (!is_first) return {load(normal), load(normal + lanes), load(normal + 2 * lanes)};
+  const Vector3<floatv> gathered = gather_normals(elements, state, k);
+  store(normal, gathered.x), store(normal + lanes, gathered.y), store(normal + 2 * lanes, gathered.z);
+  return gathered;
+}
+
 // Adds up what triangles push a slice's vertices with, in their order, for several arrays of pushes, by place.
-template <std::size_t count>
-LOCKSTEP_INLINE void add_pushes(const Elements<float>& elements, const State<float>& state,
-                                const std::array<std::span<const float>, count>& pushes, int slice,
-                                std::array<Vector3<floatv>, count>& sums) {
-  const Slices& at = elements.corners_at;
+// normals(k): of the triangles at item k.
+template <std::size_t count, class Normals>
+LOCKSTEP_INLINE void add_pushes(const Slices& at, const std::array<std::span<const float>, count>& pushes, int slice,
+                                const Normals& normals, std::array<Vector3<floatv>, count>& sums) {
   for (std::size_t k = at.first[slice]; k < std::size_t(at.first[slice + 1]); ++k) {
-    const Vector3<floatv> normal = load_records_at(state.normals.data(), &elements.facet_at[lanes * k]);
-    for (std::size_t p = 0; p < count; ++p) sums[p] = sums[p] + load_at(pushes[p], &at.at[lanes * k]) * normal;
+    const Vector3<floatv> normal = normals(k);
+    for (std::size_t p = 0; p < count; ++p) sums[p] = sums[p] + load_each(pushes[p].data(), &at.at[lanes * k]) * normal;
   }
 }
 

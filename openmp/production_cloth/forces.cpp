@@ -103,6 +103,7 @@ State<Real> make_state(const Elements<Real>& elements) {
 
 void forces(const Elements<Real>& elements, const Vectors<Real>& position, State<Real>& state, Vectors<Real>& force) {
   const Vector3<Real*> f = pointers(force);
+  const auto normals = [&](std::size_t k) { return gather_normals(elements, state, k); };
   with_links_of(elements, [&](auto springs, auto bending) {
 #pragma omp parallel
     {
@@ -118,7 +119,7 @@ void forces(const Elements<Real>& elements, const Vectors<Real>& position, State
       for (int slice = 0; slice < elements.slices(); ++slice) {
         std::array<Vector3<floatv>, 1> sum = {add_links<decltype(springs), decltype(bending)>(elements, slice, state)};
         if (elements.membranes > 0) sum[0] = add_parts(elements.corners_at, state.parts.data(), slice, sum[0]);
-        if (elements.facets > 0) add_pushes<1>(elements, state, {state.pushes}, slice, sum);
+        if (elements.facets > 0) add_pushes<1>(elements.corners_at, {state.pushes}, slice, normals, sum);
         store(f, lanes * slice, sum[0], first_lanes(elements.vertices - lanes * slice));
       }
     }
@@ -335,7 +336,7 @@ void forces_colours(const Elements<Real>& elements, const Colours& colours, cons
           std::int32_t place[lanes], vertex[lanes];
           for (int l = 0; l < lanes; ++l) place[l] = elements.place_of(facet[l], c);
           for (int l = 0; l < lanes; ++l) vertex[l] = elements.facet_corner[place[l]];
-          add_at(sum, vertex, load_at(state.pushes, place) * normals, inside);
+          add_at(sum, vertex, load_each(state.pushes.data(), place) * normals, inside);
         }
       });
     }

@@ -7,7 +7,7 @@
 #include "common/production_cloth/cloth.h"
 #include "common/production_cloth/elastic.h"
 #include "common/production_cloth/element_forces.h"
-#include "common/simd.h"
+#include "common/simd_records.h"
 #include "openmp/vector_lanes.h"
 
 namespace lockstep::production_cloth::openmp {
@@ -17,21 +17,9 @@ LOCKSTEP_INLINE Vector3<floatv> load_records_at(const float* records, const std:
   return {quads.field[0], quads.field[1], quads.field[2]};
 }
 
-// Numbers at places of their own, one by one: the processor's own gather takes longer.
-LOCKSTEP_INLINE floatv load_at(std::span<const float> from, const std::int32_t* place) {
-  float of_lanes[lanes];
-  for (int l = 0; l < lanes; ++l) of_lanes[l] = from[place[l]];
-  return load(of_lanes);
-}
-
 // Sixteen records one after another.
 LOCKSTEP_INLINE void store_sixteen(float* to, const Vector3<floatv>& v, floatv fourth = 0.f) {
-  static constexpr std::int32_t consecutive[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-  store_quads(to, consecutive, {{v.x, v.y, v.z, fourth}}, lanes_of(0xffff));
-}
-LOCKSTEP_INLINE Quads load_sixteen_quads(const float* from) {
-  static constexpr std::int32_t consecutive[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-  return load_quads(from, consecutive);
+  store_sixteen_quads(to, {{v.x, v.y, v.z, fourth}});
 }
 LOCKSTEP_INLINE Vector3<floatv> load_sixteen(const float* from) {
   const Quads quads = load_sixteen_quads(from);

@@ -148,7 +148,7 @@ void respond_at_once(const Contacts<float>& contacts, const GainOf& gain_of, flo
     for (int k = 0; k < count; k += lanes) {
       const auto [c, corner] = load_sixteen(contacts, k, records);
       const Response<floatv> r = respond<floatv>(c, gain_of, friction);
-      store_quads(response + k, consecutive, {{r.impulse.x, r.impulse.y, r.impulse.z, r.gain}}, lanes_of(0xffff));
+      store_sixteen_quads(response[k].field, {{r.impulse.x, r.impulse.y, r.impulse.z, r.gain}});
     }
     // A vertex writes its own change; it reads responses, which are all there.
 #pragma omp for schedule(static)
@@ -160,9 +160,9 @@ void respond_at_once(const Contacts<float>& contacts, const GainOf& gain_of, flo
 #pragma omp for schedule(static)
     for (int k = 0; k < count; k += lanes) {
       const auto [c, corner] = load_sixteen(contacts, k, records);
-      const auto [x, y, z, gain] = load_quads(response + k, consecutive).field;
+      const auto [x, y, z, gain] = load_sixteen_quads(response[k].field).field;
       const floatv kept = share_kept(gain, dot(c.normal, weighted(c.weight, c.velocity)));
-      store_quads(response + k, consecutive, {{kept * x, kept * y, kept * z, gain}}, lanes_of(0xffff));
+      store_sixteen_quads(response[k].field, {{kept * x, kept * y, kept * z, gain}});
     }
     // A vertex writes its own velocity; it reads responses, which are all there.
 #pragma omp for schedule(static)

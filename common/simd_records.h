@@ -1,0 +1,106 @@
+// Memory and records beside those of common/simd.h: numbers at places of their own, sixteen quads one after another,
+// and comparison of single records.
+//
+//   floatv load_each(const float* p, const std::int32_t* index)
+//     p[index[l]], by loads one by one: on a Zen 4 a gather takes longer
+//   Quads load_sixteen_quads(const float* p)            field[f] lane l = p[4 l + f]; any alignment
+//   void store_sixteen_quads(float* p, const Quads& q)  and back; any alignment
+//   recordv min(recordv a, recordv b)                   a < b ? a : b, field by field
+//   recordv max(recordv a, recordv b)                   a > b ? a : b
+//   std::uint32_t less(recordv a, recordv b)            bit f: whether field f of a is less than that of b
+#pragma once
+
+#include "common/simd.h"
+
+namespace lockstep {
+
+#if defined(LOCKSTEP_ISA_AVX512)
+
+LOCKSTEP_INLINE floatv load_each(const float* p, const std::int32_t* index) {
+  const auto four = [&](int l) {
+    const auto number = [&](int k) { return _mm_load_ss(p + index[l + k]); };
+    const __m128 two = _mm_insert_ps(number(0), number(1), 0x10);
+    return _mm_insert_ps(_mm_insert_ps(two, number(2), 0x20), number(3), 0x30);
+  };
+  const __m256 low = _mm256_insertf128_ps(_mm256_castps128_ps256(four(0)), four(4), 1);
+  const __m256 high = _mm256_insertf128_ps(_mm256_castps128_ps256(four(8)), four(12), 1);
+  return _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
+}
+
+// Two vectors give two fields of eight records; then halves are put together.
+LOCKSTEP_INLINE Quads load_sixteen_quads(const float* p) {
+  const __m512i first_two = _mm512_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28, 1, 5, 9, 13, 17, 21, 25, 29);
+  const __m512i last_two = _mm512_setr_epi32(2, 6, 10, 14, 18, 22, 26, 30, 3, 7, 11, 15, 19, 23, 27, 31);
+  const __m512 a = load(p).v, b = load(p + lanes).v, c = load(p + 2 * lanes).v, d = load(p + 3 * lanes).v;
+  const __m512 xy_low = _mm512_permutex2var_ps(a, first_two, b), xy_high = _mm512_permutex2var_ps(c, first_two, d);
+  const __m512 zw_low = _mm512_permutex2var_ps(a, last_two, b), zw_high = _mm512_permutex2var_ps(c, last_two, d);
+  return {{_mm512_shuffle_f32x4(xy_low, xy_high, 0x44), _mm512_shuffle_f32x4(xy_low, xy_high, 0xee),
+           _mm512_shuffle_f32x4(zw_low, zw_high, 0x44), _mm512_shuffle_f32x4(zw_low, zw_high, 0xee)}};
+}
+
+LOCKSTEP_INLINE void store_sixteen_quads(float* p, const Quads& quads) {
+  const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+  const __m512i high = _mm512_setr_epi32(8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
+  const auto pairs = [&](int f, __m512i half) {
+    return _mm512_castps_pd(_mm512_permutex2var_ps(quads.field[f].v, half, quads.field[f + 1].v));
+  };
+  const __m512i first_four = _mm512_setr_epi64(0, 8, 1, 9, 2, 10, 3, 11);
+  const __m512i last_four = _mm512_setr_epi64(4, 12, 5, 13, 6, 14, 7, 15);
+  const auto put = [&](int half, __m512d xy, __m512d zw) {
+    store(p + 32 * half, floatv(_mm512_castpd_ps(_mm512_permutex2var_pd(xy, first_four, zw))));
+    store(p + 32 * half + lanes, floatv(_mm512_castpd_ps(_mm512_permutex2var_pd(xy, last_four, zw))));
+  };
+  put(0, pairs(0, low), pairs(2, low)), put(1, pairs(0, high), pairs(2, high));
+}
+
+LOCKSTEP_INLINE recordv min(recordv a, recordv b) { return _mm256_min_ps(a.v, b.v); }
+LOCKSTEP_INLINE recordv max(recordv a, recordv b) { return _mm256_max_ps(a.v, b.v); }
+LOCKSTEP_INLINE std::uint32_t less(recordv a, recordv b) { return _mm256_cmp_ps_mask(a.v, b.v, _CMP_LT_OQ); }
+
+#else
+
+LOCKSTEP_INLINE floatv load_each(const float* p, const std::int32_t* index) {
+  float of_lanes[lanes];
+  for (int l = 0; l < lanes; ++l) of_lanes[l] = p[index[l]];
+  return load(of_lanes);
+}
+LOCKSTEP_INLINE Quads load_sixteen_quads(const float* p) {
+  Quads quads;
+  for (int f = 0; f < 4; ++f) {
+    float field[lanes];
+    for (int l = 0; l < lanes; ++l) field[l] = p[4 * l + f];
+    quads.field[f] = load(field);
+  }
+  return quads;
+}
+LOCKSTEP_INLINE void store_sixteen_quads(float* p, const Quads& quads) {
+  for (int f = 0; f < 4; ++f) {
+    float field[lanes];
+    store(field, quads.field[f]);
+    for (int l = 0; l < lanes; ++l) p[4 * l + f] = field[l];
+  }
+}
+
+#if defined(LOCKSTEP_ISA_AVX2)
+LOCKSTEP_INLINE recordv min(recordv a, recordv b) { return _mm256_min_ps(a.v, b.v); }
+LOCKSTEP_INLINE recordv max(recordv a, recordv b) { return _mm256_max_ps(a.v, b.v); }
+LOCKSTEP_INLINE std::uint32_t less(recordv a, recordv b) {
+  return static_cast<std::uint32_t>(_mm256_movemask_ps(_mm256_cmp_ps(a.v, b.v, _CMP_LT_OQ)));
+}
+#else
+LOCKSTEP_INLINE recordv min(recordv a, recordv b) {
+  return make_record([&](int f) { return a.field[f] < b.field[f] ? a.field[f] : b.field[f]; });
+}
+LOCKSTEP_INLINE recordv max(recordv a, recordv b) {
+  return make_record([&](int f) { return a.field[f] > b.field[f] ? a.field[f] : b.field[f]; });
+}
+LOCKSTEP_INLINE std::uint32_t less(recordv a, recordv b) {
+  std::uint32_t bits = 0;
+  for (int f = 0; f < 8; ++f) bits |= std::uint32_t(a.field[f] < b.field[f]) << f;
+  return bits;
+}
+#endif
+
+#endif
+
+}  // namespace lockstep
