@@ -53,6 +53,8 @@ intv gather(const std::int32_t* base, intv index, maskv mask);
 
 // Two neighbours: first = base[index], second = base[index + 1]. One access of eight bytes a lane. index < INT32_MAX.
 Halves gather_pairs(const float* base, intv index);
+// Four neighbours: field[f] = base[index + f]. One access of sixteen bytes a lane, where a gather takes one a value.
+Quads gather_fours(const float* base, intv index);
 
 // Sixteen whole records, one access each: lane l holds the fields of record index[l]. Records may hold integers among
 // their floats, see bits_of. Offsets have 64 bits, so every index from 0 to INT32_MAX will do. Active indices of a

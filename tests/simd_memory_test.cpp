@@ -265,20 +265,35 @@ TEST(Simd, LoadsAndStoresQuads) {
   }
 }
 
-// Pairs may begin at any float, and the outermost reach the ends of the page.
-TEST(Simd, GathersPairsOfNeighbours) {
+// Calls check(middle, index) for indices at which `count` neighbours begin: any, and those that reach the ends of a
+// page.
+template <class Check>
+void check_neighbours(int count, const Check& check) {
   Random random;
   const GuardedPage<float> page;
   for (float& x : page) x = random;
   float* const middle = page.begin() + page.size() / 2;
   for (int t = 0; t < trials; ++t) {
-    Ints index = values(load(random.ints_below(page.size() - 1)) - page.size() / 2);
+    Ints index = values(load(random.ints_below(page.size() - count + 1)) - page.size() / 2);
     index[random.below(lanes)] = -page.size() / 2;
-    index[random.below(lanes)] = page.size() - page.size() / 2 - 2;
+    index[random.below(lanes)] = page.size() - page.size() / 2 - count;
+    check(middle, index);
+  }
+}
+
+TEST(Simd, GathersPairsOfNeighbours) {
+  check_neighbours(2, [](const float* middle, const Ints& index) {
     const Halves pairs = gather_pairs(middle, load(index));
     ASSERT_TRUE(lanes_are(pairs.first, [&](int l) { return middle[index[l]]; }));
     ASSERT_TRUE(lanes_are(pairs.second, [&](int l) { return middle[index[l] + 1]; }));
-  }
+  });
+}
+
+TEST(Simd, GathersFourNeighbours) {
+  check_neighbours(4, [](const float* middle, const Ints& index) {
+    const Quads fours = gather_fours(middle, load(index));
+    for (int f = 0; f < 4; ++f) ASSERT_TRUE(lanes_are(fours.field[f], [&](int l) { return middle[index[l] + f]; }));
+  });
 }
 
 // Address space for records that begin at 2^33 bytes, and as much before them, where a product that wraps around in 32

@@ -107,6 +107,13 @@ inline Index within_line(const Index& i, int n) {
   return select(below > Index(0), below, Index(0));
 }
 
+// Loads the values of a stencil in one line, which begins at `line`: those at x[0], x[1] and so on, each the one before
+// or one more. A loader that can do better has a load_row of its own.
+template <class Load, class Index, class Number>
+inline void load_row(const Load& load, const Index& line, const Index (&x)[4], Number (&row)[4]) {
+  for (int a = 0; a < 4; ++a) row[a] = load(line + x[a]);
+}
+
 template <class Number>
 struct ClosestPoint {
   Number distance;                            // m
@@ -119,9 +126,11 @@ template <class Index, class Real, class Load>
 inline auto closest_point(const Field<Real>& phi, const Index& x, const Index& y, const Index& z, const Load& load) {
   const Vector3<int> size = {phi.nx, phi.ny, phi.nz};
   const int to_plane = phi.pitch * phi.ny;
+  const auto line_of = [&](const Index& j, const Index& k) {
+    return within_line(k, size.z) * Index(to_plane) + within_line(j, size.y) * Index(phi.pitch);
+  };
   const auto value = [&](const Index& i, const Index& j, const Index& k) {
-    return load(within_line(k, size.z) * Index(to_plane) + within_line(j, size.y) * Index(phi.pitch) +
-                within_line(i, size.x));
+    return load(line_of(j, k) + within_line(i, size.x));
   };
   using Number = decltype(value(x, y, z));
   const Number h(phi.spacing), tiny(1e-30f);
@@ -140,11 +149,12 @@ inline auto closest_point(const Field<Real>& phi, const Index& x, const Index& y
       return to_int(along + Number(8)) - Index(8);
     };
     const Index i = below(way.x), j = below(way.y), k = below(way.z);
+    Index along_x[4];
+    for (int a = 0; a < 4; ++a) along_x[a] = within_line(x + i + Index(a - 1), size.x);
     Stencil<Number> stencil;
     for (int c = 0; c < 4; ++c)
       for (int b = 0; b < 4; ++b)
-        for (int a = 0; a < 4; ++a)
-          stencil.value[c][b][a] = value(x + i + Index(a - 1), y + j + Index(b - 1), z + k + Index(c - 1));
+        load_row(load, line_of(y + j + Index(b - 1), z + k + Index(c - 1)), along_x, stencil.value[c][b]);
     const Cubic<Number> at =
         cubic_at(stencil, {way.x - Number(to_float(i)), way.y - Number(to_float(j)), way.z - Number(to_float(k))});
     const Number square = max(dot(at.slope, at.slope), tiny);

@@ -154,8 +154,8 @@ LOCKSTEP_INLINE void transpose_halves(__m256 (&row)[4]) {
 }
 
 // Row q holds records q and q + 4 of eight, so that columns come out in the order of the lanes.
-LOCKSTEP_INLINE Quads load_quads(const float* records, const std::int32_t* index) {
-  const auto record = [&](int l) { return _mm_load_ps(record_at<4>(records, index[l])); };
+template <class Record>
+LOCKSTEP_INLINE Quads quads_of(const Record& record) {
   __m256 low[4], high[4];
   for (int q = 0; q < 4; ++q) {
     low[q] = _mm256_insertf128_ps(_mm256_castps128_ps256(record(q)), record(q + 4), 1);
@@ -164,6 +164,16 @@ LOCKSTEP_INLINE Quads load_quads(const float* records, const std::int32_t* index
   transpose_halves(low);
   transpose_halves(high);
   return {{{low[0], high[0]}, {low[1], high[1]}, {low[2], high[2]}, {low[3], high[3]}}};
+}
+
+LOCKSTEP_INLINE Quads load_quads(const float* records, const std::int32_t* index) {
+  return quads_of([&](int l) { return _mm_load_ps(record_at<4>(records, index[l])); });
+}
+
+LOCKSTEP_INLINE Quads gather_fours(const float* base, intv index) {
+  alignas(64) std::int32_t first[lanes];
+  store(first, index);
+  return quads_of([&](int l) { return _mm_loadu_ps(base + first[l]); });
 }
 
 LOCKSTEP_INLINE std::uint32_t bits(maskv mask);

@@ -142,8 +142,8 @@ LOCKSTEP_INLINE void transpose_quarters(__m512 (&row)[4]) {
 }
 
 // Row q holds records q, q + 4, q + 8 and q + 12, so that columns come out in the order of the lanes.
-LOCKSTEP_INLINE Quads load_quads(const float* records, const std::int32_t* index) {
-  const auto record = [&](int l) { return _mm_load_ps(record_at<4>(records, index[l])); };
+template <class Record>
+LOCKSTEP_INLINE Quads quads_of(const Record& record) {
   __m512 row[4];
   for (int q = 0; q < 4; ++q) {
     const __m256 low = _mm256_insertf128_ps(_mm256_castps128_ps256(record(q)), record(q + 4), 1);
@@ -152,6 +152,16 @@ LOCKSTEP_INLINE Quads load_quads(const float* records, const std::int32_t* index
   }
   transpose_quarters(row);
   return {{row[0], row[1], row[2], row[3]}};
+}
+
+LOCKSTEP_INLINE Quads load_quads(const float* records, const std::int32_t* index) {
+  return quads_of([&](int l) { return _mm_load_ps(record_at<4>(records, index[l])); });
+}
+
+LOCKSTEP_INLINE Quads gather_fours(const float* base, intv index) {
+  alignas(64) std::int32_t first[lanes];
+  store(first, index);
+  return quads_of([&](int l) { return _mm_loadu_ps(base + first[l]); });
 }
 
 LOCKSTEP_INLINE void store_quads(float* records, const std::int32_t* index, Quads quads, maskv mask) {

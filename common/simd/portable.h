@@ -192,6 +192,10 @@ LOCKSTEP_INLINE Halves gather_pairs(const float* base, intv index) {
   return {gather(base, index), gather(base + 1, index)};
 }
 
+LOCKSTEP_INLINE Quads gather_fours(const float* base, intv index) {
+  return {{gather(base, index), gather(base + 1, index), gather(base + 2, index), gather(base + 3, index)}};
+}
+
 LOCKSTEP_INLINE floatv operator+(floatv a, floatv b) {
   return float_lanes([&](int l) { return a.lane[l] + b.lane[l]; });
 }

@@ -13,6 +13,7 @@
 #include "common/levelset/initialize.h"
 #include "common/real.h"
 #include "common/simd.h"
+#include "openmp/production_fluid/by_fours.h"
 
 namespace lockstep::production_fluid::openmp {
 namespace {
@@ -42,8 +43,8 @@ void take_closest_points(const Field<Real>& phi, Real band, Field<Real>& distanc
       for (int x = 0; x < phi.nx; x += lanes) {
         const maskv near = first_lanes(phi.nx - x) & (abs(load(&phi(x, y, z))) < reach);
         if (none(near)) continue;
-        const auto closest =
-            closest_point<intv>(phi, x + lane_index(), y, z, [&](const intv& index) { return gather(values, index); });
+        const auto closest = closest_point<intv>(
+            phi, x + lane_index(), y, z, ByFours{[&](const intv& index) { return gather_fours(values, index); }});
         Real* const at = &distance(x, y, z);
         store(at, closest_distance(closest, load(at), floatv(band), floatv(phi.spacing)), near);
       }
