@@ -265,8 +265,7 @@ TEST(Simd, LoadsAndStoresQuads) {
   }
 }
 
-// Calls check(middle, index) for indices at which `count` neighbours begin: any, and those that reach the ends of a
-// page.
+// Calls check(middle, index) for indices at which `count` neighbours begin. The outermost reach the ends of a page.
 template <class Check>
 void check_neighbours(int count, const Check& check) {
   Random random;

@@ -163,8 +163,7 @@ void forces_locks(const Elements<Real>& elements, const Vectors<Real>& position,
   {
     pack(elements, position, state.records);
     set_facets(elements, state), store_pushes(elements, state);
-    // A vertex is written under its lock; in the two loops below, too. Links stand direction by direction, and each
-    // direction passes all vertices: threads with whole directions would meet at the same vertices all the way.
+    // A vertex is written under its lock, as below. Threads with whole directions of links would meet at each vertex.
 #pragma omp for schedule(static, 256) nowait
     for (int k = 0; k < elements.links; k += lanes) {
       const Vector3<floatv> part = parts_of_links(elements, records, k);
