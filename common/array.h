@@ -30,6 +30,7 @@ struct AlignedAllocator {
   T* allocate(std::size_t n) {
     static std::atomic<std::size_t> blocks = 0;
     const std::size_t lines_in = 1 + 3 * blocks++ % 61;
+    // As in the standard library's allocator; half of it, since the lines in front must fit, too.
     if (n > std::numeric_limits<std::ptrdiff_t>::max() / sizeof(T) / 2) throw std::bad_array_new_length();
     const std::size_t bytes = lines_in * array_alignment + n * sizeof(T);
     char* block = static_cast<char*>(::operator new (bytes, std::align_val_t{array_alignment}));

@@ -123,6 +123,26 @@ TEST(scale, a_record_that_notes_locks_is_fitted_to_one_that_does_not) {
   omp_destroy_lock(&lock);
 }
 
+// Clocks at locks may slow one member more than others.
+TEST(scale, each_member_is_fitted_to_its_own_work) {
+  omp_lock_t lock;
+  omp_init_lock(&lock);
+  double of_the_first = 30;
+  const auto work = [&] {
+#pragma omp parallel for schedule(static)
+    for (int i = 0; i < 16; ++i) {
+      spend(omp_get_thread_num() == 0 ? of_the_first : 10);
+      omp_set_lock(&lock);
+      omp_unset_lock(&lock);
+    }
+  };
+  Record noted = record(16, work, test_clock, 0, Locks::noted);
+  of_the_first = 10;
+  fit(noted, record(16, work, test_clock, 0, Locks::left_out));
+  EXPECT_DOUBLE_EQ(replay(noted, free_of_charge, 0).total, 10);
+  omp_destroy_lock(&lock);
+}
+
 TEST(scale, locks_of_each_own_do_not_wait) {
   std::array<omp_lock_t, 8> locks;
   for (omp_lock_t& lock : locks) omp_init_lock(&lock);

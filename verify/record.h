@@ -44,10 +44,9 @@ Record record(int cores, const std::function<void()>& work, double (*clock)(), d
 bool has_locks(const Record& record);
 
 // Scales what each thread of `noted` works in a region to what it works in `whole`, a record of the same work with
-// Locks::left_out.
-// Reading the clock at each of a million locks takes time that cannot be separated from the kernel's own, because the
-// processor overlaps the two. So `noted` says how the work is spread over the locks, and `whole` says how much work
-// there is.
+// Locks::left_out. Reading the clock at each of a million locks takes time that cannot be separated from the kernel's
+// own, because the processor overlaps the two. So `noted` says how the work is spread over the locks, and `whole` says
+// how much work there is.
 void fit(Record& noted, const Record& whole);
 
 }  // namespace lockstep::verify

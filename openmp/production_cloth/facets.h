@@ -67,7 +67,7 @@ LOCKSTEP_INLINE Vector3<floatv> gather_normals(const Elements<float>& elements, 
   return load_records_at(state.normals.data(), &elements.facet_at[lanes * k]);
 }
 
-// They are gathered once, and kept in the order of vertices for those who add up pushes again.
+// The same normals. The first product of a solve gathers them and keeps them at item k; later products load them there.
 template <bool is_first>
 LOCKSTEP_INLINE Vector3<floatv> normals_at(const Elements<float>& elements, const State<float>& state, std::size_t k,
                                            std::span<float> kept) {
