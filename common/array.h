@@ -1,8 +1,11 @@
 // Arrays that lanes touch: 64-byte aligned and padded, so that sixteen lanes may be loaded from any element on.
 #pragma once
 
+#include <sys/mman.h>
+
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <new>
 #include <vector>
@@ -16,6 +19,11 @@ inline constexpr std::size_t array_alignment = 64;  // one cache line, one AVX-5
 // only while no other thread allocates.
 inline constexpr std::size_t large_block = 1 << 20;
 inline void (*on_large_block)(char* block, std::size_t bytes) = nullptr;
+
+// A loop through a large array in pages of 4 KB waits for an address at each of them. So large blocks are whole pages of
+// 2 MB, and the system is asked for such. One that has none, or keeps them for itself
+// (/sys/kernel/mm/transparent_hugepage/enabled: never), gives ordinary ones.
+inline constexpr std::size_t large_page = 2 << 20;
 
 // The system places large blocks at page boundaries. If twenty arrays of particles all began there, their elements of
 // one index would compete for the same few sets of the first-level cache (rebuild_grid took 28 % of a frame of 100K
@@ -33,14 +41,23 @@ struct AlignedAllocator {
     // As in the standard library's allocator; half of it, since the lines in front must fit, too.
     if (n > std::numeric_limits<std::ptrdiff_t>::max() / sizeof(T) / 2) throw std::bad_array_new_length();
     const std::size_t bytes = lines_in * array_alignment + n * sizeof(T);
-    char* block = static_cast<char*>(::operator new (bytes, std::align_val_t{array_alignment}));
-    if (on_large_block && bytes >= large_block) on_large_block(block, bytes);
+    char* block;
+    if (bytes < large_block) {
+      block = static_cast<char*>(::operator new (bytes, std::align_val_t{array_alignment}));
+    } else {
+      const std::size_t whole_pages = (bytes + large_page - 1) / large_page * large_page;
+      block = static_cast<char*>(::operator new (whole_pages, std::align_val_t{large_page}));
+      madvise(block, whole_pages, MADV_HUGEPAGE);  // advice: a failure changes nothing
+      if (on_large_block) on_large_block(block, bytes);
+    }
     void** array = reinterpret_cast<void**>(block + lines_in * array_alignment);
     array[-1] = block;  // for deallocate
     return reinterpret_cast<T*>(array);
   }
-  void deallocate(T* array, std::size_t) {
-    ::operator delete (reinterpret_cast<void**>(array)[-1], std::align_val_t{array_alignment});
+  void deallocate(T* array, std::size_t n) {
+    char* const block = static_cast<char*>(reinterpret_cast<void**>(array)[-1]);
+    const bool is_large = reinterpret_cast<char*>(array + n) - block >= std::ptrdiff_t{large_block};
+    ::operator delete (block, std::align_val_t{is_large ? large_page : array_alignment});
   }
   bool operator==(const AlignedAllocator&) const = default;
 };
