@@ -20,9 +20,9 @@ inline constexpr std::size_t array_alignment = 64;  // one cache line, one AVX-5
 inline constexpr std::size_t large_block = 1 << 20;
 inline void (*on_large_block)(char* block, std::size_t bytes) = nullptr;
 
-// A loop through a large array in pages of 4 KB waits for an address at each of them. So large blocks are whole pages of
-// 2 MB, and the system is asked for such. One that has none, or keeps them for itself
-// (/sys/kernel/mm/transparent_hugepage/enabled: never), gives ordinary ones.
+// A loop through a large array waits for an address at each page of 4 KB. So large blocks are whole pages of 2 MB, and
+// the system is asked for such. If it has none, or is set to give none (transparent_hugepage/enabled: never), the pages
+// are ordinary ones.
 inline constexpr std::size_t large_page = 2 << 20;
 
 // The system places large blocks at page boundaries. If twenty arrays of particles all began there, their elements of

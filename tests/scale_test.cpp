@@ -14,22 +14,12 @@
 #include <string>
 #include <vector>
 
-#include "common/flags.h"
+#include "tests/simulated_clock.h"
 #include "verify/record.h"
 #include "verify/replay.h"
 
 namespace lockstep::verify {
 namespace {
-
-volatile double time_ns = 0;  // volatile: the compiler assumes that a call of OpenMP's runtime does not change it
-double test_clock() { return time_ns; }
-void spend(double ns) { time_ns = time_ns + ns; }
-
-const Costs free_of_charge = {};
-
-double modelled(int cores, const std::function<void()>& work, const Costs& costs = free_of_charge, double bytes = 0) {
-  return replay(record(cores, work, test_clock, 0, Locks::noted), costs, bytes).total;
-}
 
 TEST(scale, perfectly_parallel) {
   const auto work = [] {
@@ -77,134 +67,6 @@ TEST(scale, chain) {
     }
   };
   for (const int cores : {1, 2, 16, 64}) EXPECT_EQ(modelled(cores, work), 1000) << cores;
-}
-
-TEST(scale, all_under_one_lock) {
-  omp_lock_t lock;
-  omp_init_lock(&lock);
-  const auto work = [&] {
-#pragma omp parallel for schedule(static)
-    for (int i = 0; i < 64; ++i) {
-      omp_set_lock(&lock);
-      spend(10);
-      omp_unset_lock(&lock);
-    }
-  };
-  for (const int cores : {1, 2, 16, 64}) EXPECT_EQ(modelled(cores, work), 640) << cores;
-  Costs costs;
-  costs.lock_moved = 4;
-  EXPECT_EQ(modelled(1, work, costs), 640);
-  EXPECT_EQ(modelled(64, work, costs), 640 + 63 * 4);
-  omp_destroy_lock(&lock);
-}
-
-// Recording each lock takes time that a record without locks does not contain.
-TEST(scale, a_record_that_notes_locks_is_fitted_to_one_that_does_not) {
-  omp_lock_t lock;
-  omp_init_lock(&lock);
-  double under_lock = 30, beside = 15;
-  const auto work = [&] {
-    spend(100);
-#pragma omp parallel for schedule(static)
-    for (int i = 0; i < 64; ++i) {
-      spend(beside);
-      omp_set_lock(&lock);
-      spend(under_lock);
-      omp_unset_lock(&lock);
-    }
-  };
-  Record noted = record(16, work, test_clock, 0, Locks::noted);
-  EXPECT_TRUE(has_locks(noted));
-  under_lock = 20, beside = 10;
-  const Record whole = record(16, work, test_clock, 0, Locks::left_out);
-  EXPECT_FALSE(has_locks(whole));
-  fit(noted, whole);
-  EXPECT_DOUBLE_EQ(replay(noted, free_of_charge, 0).total, 100 + 10 + 64 * 20);
-  omp_destroy_lock(&lock);
-}
-
-// Clocks at locks may slow one member more than others.
-TEST(scale, each_member_is_fitted_to_its_own_work) {
-  omp_lock_t lock;
-  omp_init_lock(&lock);
-  double of_the_first = 30;
-  const auto work = [&] {
-#pragma omp parallel for schedule(static)
-    for (int i = 0; i < 16; ++i) {
-      spend(omp_get_thread_num() == 0 ? of_the_first : 10);
-      omp_set_lock(&lock);
-      omp_unset_lock(&lock);
-    }
-  };
-  Record noted = record(16, work, test_clock, 0, Locks::noted);
-  of_the_first = 10;
-  fit(noted, record(16, work, test_clock, 0, Locks::left_out));
-  EXPECT_DOUBLE_EQ(replay(noted, free_of_charge, 0).total, 10);
-  omp_destroy_lock(&lock);
-}
-
-TEST(scale, locks_of_each_own_do_not_wait) {
-  std::array<omp_lock_t, 8> locks;
-  for (omp_lock_t& lock : locks) omp_init_lock(&lock);
-  const auto work = [&] {
-#pragma omp parallel
-    {
-      omp_lock_t* mine = &locks[omp_get_thread_num()];
-      omp_set_lock(mine);
-      spend(50);
-      omp_unset_lock(mine);
-    }
-  };
-  EXPECT_EQ(modelled(8, work), 50);
-}
-
-// One link a thread, each of which waits for the one before.
-TEST(scale, chain_of_flags) {
-  const auto work = [] {
-    std::vector<Flag> flags(64);
-#pragma omp parallel
-    {
-      const int thread = omp_get_thread_num();
-      if (thread > 0) await(flags[thread - 1], 1);
-      spend(100);
-      post(flags[thread], 1);
-    }
-  };
-  Costs costs;
-  costs.flag = 7;
-  for (const int cores : {1, 2, 16, 64}) {
-    EXPECT_EQ(modelled(cores, work), 100 * cores) << cores;
-    EXPECT_EQ(modelled(cores, work, costs), 100 * cores + 7 * (cores - 1)) << cores;
-  }
-}
-
-// Every thread goes through twelve windows, each of them after the thread before. The first one's take longer in the
-// second half, so all others wait for it there.
-TEST(scale, pipeline_of_slabs) {
-  constexpr int windows = 12;
-  double first = 10;
-  const auto work = [&] {
-    std::vector<Flag> flags(64);
-#pragma omp parallel
-    {
-      const int thread = omp_get_thread_num();
-      for (int w = 0; w < windows; ++w) {
-        if (thread > 0) await(flags[thread - 1], w + 1);
-        spend(thread == 0 ? first : 10);
-        post(flags[thread], w + 1);
-      }
-    }
-  };
-  Costs costs;
-  costs.flag = 3;
-  for (const int cores : {1, 2, 16, 64}) EXPECT_EQ(modelled(cores, work), 10 * (windows + cores - 1)) << cores;
-  EXPECT_EQ(modelled(1, work, costs), 120);
-  EXPECT_EQ(modelled(2, work, costs), 10 + 12 * 13);  // the second sees what is long there at the same cost
-  EXPECT_EQ(modelled(64, work, costs), 10 + 62 * 13 + 12 * 13);
-  first = 25;
-  EXPECT_EQ(modelled(64, work, costs), 12 * 25 + 63 * 13);
-  const Replayed r = replay(record(64, work, test_clock, 0, Locks::noted), costs, 0);
-  EXPECT_EQ(r.work + r.serial + r.together + r.locks + r.dispatch + r.waiting, 64 * r.total);
 }
 
 TEST(scale, memory_is_a_bound) {

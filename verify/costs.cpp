@@ -10,6 +10,7 @@
 #include "common/array.h"
 #include "common/flags.h"
 #include "common/simd.h"
+#include "verify/crew.h"
 #include "verify/held_team.h"
 #include "verify/program.h"
 
@@ -139,6 +140,25 @@ double barrier_ns(int threads) {
   });
 }
 
+// How late a thread goes on that has waited at a barrier for `waited` ns, beyond the cost of a barrier.
+double waking_ns(double waited, double barrier) {
+  const double late = median(repeats, [&] {
+    double opened = 0, seen = 0;
+    // Each thread writes its own time.
+#pragma omp parallel num_threads(2)
+    {
+      const bool is_last = omp_get_thread_num() == 0;
+#pragma omp barrier
+      for (const double start = clock_ns(); is_last && clock_ns() < start + waited;) continue;
+      if (is_last) opened = clock_ns();
+#pragma omp barrier
+      if (!is_last) seen = clock_ns();
+    }
+    return seen - opened - barrier;
+  });
+  return std::max(0., late);
+}
+
 // The extra cost of a lock that another thread held last, over a lock that this thread held last. The loop adds to a
 // cache line under each of many locks; the cost of a lock is the time beyond a loop that only adds. The line is there
 // because a lock waits for the stores before it.
@@ -254,6 +274,11 @@ Costs measure_costs() {
   hold_team(threads, [&] {
     costs.fork_join.two = fork_join_ns(threads);
     costs.barrier.two = barrier_ns(threads);
+    if (threads == 2) {
+      // The middle of the time in which a thread yields, and well behind it.
+      costs.waking.from_yielding = waking_ns(1e3 * (turning_us + patience_us) / 2, costs.barrier.two);
+      costs.waking.from_sleep = waking_ns(4e3 * patience_us, costs.barrier.two);
+    }
     costs.lock_moved = lock_moved_ns();
     costs.dispatch.moved = dispatch_ns(threads);
     if (threads == 2) costs.flag = flag_ns();

@@ -20,11 +20,11 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
-// A wait begins with so many turns of a loop: most waits at a barrier are over then.
+// A wait begins with so many turns of a loop: most waits at a barrier are over then. They take turning_us at most.
 constexpr int turns = 20;
 // Then, for so long, the thread gives its core to others between looks, and sleeps after that. To sleep and wake costs
 // 5 to 50 microseconds.
-constexpr auto patience = 50us;
+constexpr std::chrono::microseconds patience{patience_us};
 // A thread that gets its core back so late has shared it with another program that computes. It lost a slice of the
 // scheduler's time, 3 ms here. So it sleeps at once for a spell. What took the core may be gone after it, or have been
 // the host of a virtual machine: the first spell is short. Each that is followed by another soon is twice as long.

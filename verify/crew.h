@@ -9,6 +9,9 @@
 
 namespace lockstep::verify {
 
+// For how long a thread that waits turns in a loop, at most, and then yields its core between looks before it sleeps.
+inline constexpr int turning_us = 1, patience_us = 50;
+
 class Crew {
  public:
   // `threads` serve the regions, and omp_get_max_threads() is `asked_for` in all of them. To be called before the other

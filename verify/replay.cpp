@@ -23,10 +23,16 @@ struct Core {
   std::size_t next = 0;  // index of its next event
 };
 
-// Replays one region. Adds its times to `spent`. Returns the time from its fork to the end of its last core.
-double replay_region(const Region& region, const Costs& costs, Replayed& spent) {
+// Replays one region. Adds its times to `spent`. Returns the time from its fork until the first core goes on behind it.
+// waited, ns: for how long each core has waited for the region; then, when the region ends, for its end.
+double replay_region(const Region& region, const Costs& costs, std::vector<double>& waited, Replayed& spent) {
   const int cores = static_cast<int>(region.size());
   std::vector<Core> core(cores);
+  // The first core opens the region.
+  for (int c = 1; c < cores; ++c) {
+    core[c].now = costs.waking.after(waited[c]);
+    spent.waiting += core[c].now;
+  }
   std::unordered_map<const void*, Lock> lock;
   std::unordered_map<const void*, std::pair<double, int>>
       counter;  // of a loop: when it is free, and the core that fetched last
@@ -37,7 +43,7 @@ double replay_region(const Region& region, const Costs& costs, Replayed& spent) 
   // asking.
   using Turn = std::pair<double, int>;
   std::priority_queue<Turn, std::vector<Turn>, std::greater<>> turns;
-  for (int c = 0; c < cores; ++c) turns.push({0, c});
+  for (int c = 0; c < cores; ++c) turns.push({core[c].now, c});
 
   const auto take = [&](Lock& g, int c) {
     const double cost = g.last < 0 || g.last == c ? 0 : costs.lock_moved;
@@ -120,9 +126,10 @@ double replay_region(const Region& region, const Costs& costs, Replayed& spent) 
         at_barrier.push_back(c);
         if (static_cast<int>(at_barrier.size()) < cores) break;
         for (const int other : at_barrier) {
-          spent.waiting += me.now - core[other].now;
+          const double waits = me.now - core[other].now, late = costs.waking.after(waits);
+          spent.waiting += waits + late;
           spent.together += costs.barrier.at(cores);
-          core[other].now = me.now + costs.barrier.at(cores);
+          core[other].now += waits + costs.barrier.at(cores) + late;
           turns.push({core[other].now, other});
         }
         at_barrier.clear();
@@ -130,8 +137,12 @@ double replay_region(const Region& region, const Costs& costs, Replayed& spent) 
     }
   }
 
-  const double end = std::ranges::max_element(core, {}, &Core::now)->now;
-  for (const Core& c : core) spent.waiting += end - c.now;
+  double end = std::ranges::max_element(core, {}, &Core::now)->now;
+  end += costs.waking.after(end - core[0].now);
+  for (int c = 0; c < cores; ++c) {
+    waited[c] = end - core[c].now;
+    spent.waiting += waited[c];
+  }
   return end;
 }
 
@@ -145,8 +156,10 @@ Replayed replay(const Record& record, const Costs& costs, double bytes) {
     spent.work += ns;
     spent.serial += (cores - 1) * ns;
   }
-  for (const Region& region : record.regions) {
-    spent.total += costs.fork_join.at(cores) + replay_region(region, costs, spent);
+  std::vector<double> waited(cores, 0.);
+  for (std::size_t r = 0; r < record.regions.size(); ++r) {
+    for (double& ns : waited) ns += record.serial_ns[r];
+    spent.total += costs.fork_join.at(cores) + replay_region(record.regions[r], costs, waited, spent);
     spent.together += cores * costs.fork_join.at(cores);
   }
   spent.compute = spent.total;

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "verify/crew.h"
 #include "verify/record.h"
 
 namespace lockstep::verify {
@@ -20,8 +21,19 @@ struct OneAtATime {
   double again = 0, moved = 0;
 };
 
+// How late a core goes on, in ns, that has waited for others at a barrier, or for a region to begin or to end. A short
+// wait is spent in a loop, and what is left of it is part of Together. Later the thread yields between looks, and at
+// last it sleeps (crew.h).
+struct Waking {
+  double from_yielding = 0, from_sleep = 0;
+  double after(double waited_ns) const {
+    return waited_ns > 1e3 * patience_us ? from_sleep : waited_ns > 1e3 * turning_us ? from_yielding : 0;
+  }
+};
+
 struct Costs {
   Together fork_join, barrier;
+  Waking waking;
   double lock_moved = 0;    // extra cost of a lock that another core held last; the rest is in the record
   OneAtATime dispatch;      // to fetch a chunk of a loop
   double flag = 0;          // until a core sees what another has posted

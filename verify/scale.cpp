@@ -44,6 +44,8 @@ Model less_disturbed(const Model& a, const Model& b) {
   const Costs &x = a.costs, &y = b.costs;
   return {{.fork_join = least(x.fork_join, y.fork_join),
            .barrier = least(x.barrier, y.barrier),
+           .waking = {std::min(x.waking.from_yielding, y.waking.from_yielding),
+                      std::min(x.waking.from_sleep, y.waking.from_sleep)},
            .lock_moved = std::min(x.lock_moved, y.lock_moved),
            .dispatch = {std::min(x.dispatch.again, y.dispatch.again), std::min(x.dispatch.moved, y.dispatch.moved)},
            .flag = std::min(x.flag, y.flag),
@@ -59,6 +61,8 @@ nlohmann::ordered_json describe(const Model& model) {
           {"fork_join_2_ns", costs.fork_join.two},
           {"barrier_1_ns", costs.barrier.one},
           {"barrier_2_ns", costs.barrier.two},
+          {"waking_from_yielding_ns", costs.waking.from_yielding},
+          {"waking_from_sleep_ns", costs.waking.from_sleep},
           {"lock_moved_ns", costs.lock_moved},
           {"dispatch_ns", costs.dispatch.again},
           {"dispatch_moved_ns", costs.dispatch.moved},
