@@ -30,7 +30,7 @@ struct Block {
 struct Memory {
   Array<Ends> ends;                            // [contact]
   Array<std::int32_t> code;                    // [body]
-  Array<std::uint64_t> taken;                  // [body]: 0 between calls
+  Array<std::uint64_t> taken;                  // [thread][padded(bodies)]: 0 between calls; no line is two threads'
   Array<std::int32_t> left;                    // contacts
   Array<std::int32_t> grouped, sizes, across;  // of the blocks of a round
   std::vector<Box<Real>> bounds;               // [thread]
@@ -61,7 +61,7 @@ Box<Real> read_contacts(std::span<const Manifold<Real>> manifolds, std::span<con
 }
 
 // Puts the contacts of block `block` of `count` of the n that are sorted into groups.
-Block group_contacts(int block, int count, int n, const Keyed* sorted, Memory& memory) {
+Block group_contacts(int block, int count, int n, const Keyed* sorted, std::uint64_t* taken, Memory& memory) {
   const auto code = [&](int k) { return static_cast<std::int32_t>(sorted[k].key); };
   const CodeRange range = range_of_block(block, count, n, code);
   const auto begin_of = [&](std::int32_t bound) {
@@ -70,7 +70,7 @@ Block group_contacts(int block, int count, int n, const Keyed* sorted, Memory& m
   };
   const int first = begin_of(range.first);
   Block mine = {first, 0, 0, 0};
-  OpenGroups groups(std::span<const Ends>(memory.ends), memory.taken.data(), [&](std::span<const std::int32_t> group) {
+  OpenGroups groups(std::span<const Ends>(memory.ends), taken, [&](std::span<const std::int32_t> group) {
     std::ranges::copy(group, &memory.grouped[first + mine.contacts]);
     mine.contacts += static_cast<int>(group.size());
     memory.sizes[first + mine.groups++] = static_cast<std::int32_t>(group.size());
@@ -112,7 +112,7 @@ void contact_blocks(std::span<const Manifold<Real>> manifolds, std::span<const s
   Memory& memory = own_memory();
   grow(memory.ends, contacts), grow(memory.left, contacts), grow(memory.grouped, contacts);
   grow(memory.sizes, contacts), grow(memory.across, contacts);
-  grow(memory.code, padded(bodies.count)), grow(memory.taken, bodies.count);
+  grow(memory.code, padded(bodies.count)), grow(memory.taken, padded(bodies.count) * omp_get_max_threads());
   Array<Keyed>&keyed = spatial::openmp::workspace().radix_sort.keyed,
   &other = spatial::openmp::workspace().radix_sort.other;
   grow(keyed, contacts), grow(other, contacts);
@@ -133,6 +133,7 @@ void contact_blocks(std::span<const Manifold<Real>> manifolds, std::span<const s
 #pragma omp barrier
     Box<Real> bounds = spatial::empty_box<Real>;
     for (const Box<Real>& part : memory.bounds) bounds = around(bounds, part);
+    std::uint64_t* const taken = &memory.taken[padded(bodies.count) * omp_get_thread_num()];
     Block before = {};  // of all rounds before; every thread adds up for itself
     for (int round = 0, n = contacts; n > 0; ++round) {
       const Curve<Real> curve = curve_of_round(bounds, round);
@@ -149,7 +150,7 @@ void contact_blocks(std::span<const Manifold<Real>> manifolds, std::span<const s
 
       const int count = blocks_of_round(round, n);
 #pragma omp for schedule(static)
-      for (int block = 0; block < count; ++block) made[block] = group_contacts(block, count, n, from, memory);
+      for (int block = 0; block < count; ++block) made[block] = group_contacts(block, count, n, from, taken, memory);
       const Block all = sum_of(made, count);
       // One thread makes room; the others wait at the barrier that ends `single`.
 #pragma omp single
