@@ -123,7 +123,7 @@ void find(const Array<Real>& vertex, std::span<const ElementPair> pairs, const a
   });
   for (int k = 0; k < left.count; ++k) {
     const Vertices corner = corners_of(pairs[left.which[k]]);
-    Impact impact;
+    Impact<double> impact;
     if (!find_impact<kind>(to_double(vertex, corner), impact)) continue;
     const double normal[4] = {impact.normal.x, impact.normal.y, impact.normal.z, impact.time};
     Found& f = found.emplace_back();
