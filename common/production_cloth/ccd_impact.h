@@ -118,19 +118,19 @@ inline Slope<V> slope_of(const Cubic<V>& f) {
 template <class V>
 inline V root_between(const Cubic<V>& f, const Slope<V>& slope, V left, V right, V at_left, MaskOf<V> open) {
   constexpr int most_rounds = 100;
-  const MaskOf<V> rises = at_left < V(0.f);
+  const MaskOf<V> rises = at_left<V(0.f), falls = at_left> V(0.f);
   V t = V(.5f) * (left + right), last = right - left;
   for (int round = 0; round < most_rounds && any(open); ++round) {
     const V value = value_at(f, t);
-    const MaskOf<V> is_left = (rises & (value < V(0.f))) | (!rises & (value > V(0.f)));
+    const MaskOf<V> is_left = (rises & (value < V(0.f))) | (falls & (value > V(0.f)));
     left = select(is_left, t, left), right = select(is_left, right, t);
     const V next = t - value / slope.at(t), step = abs(next - t), middle = V(.5f) * (left + right);
-    const MaskOf<V> ends = !(step > V(0x1p-25f)) | (right - left <= V(0x1p-48f));
-    const MaskOf<V> halves = !ends & !((next > left) & (next < right) & (step <= V(.5f) * last));
+    const MaskOf<V> goes_on = (step > V(0x1p-25f)) & (right - left > V(0x1p-48f));
+    const MaskOf<V> halves = goes_on & !((next > left) & (next < right) & (step <= V(.5f) * last));
     const V chosen = select(halves, middle, max(min(next, right), left));
     last = select(halves, right - middle, step);
     t = select(open, chosen, t);
-    open &= !ends;
+    open &= goes_on;
   }
   return t;
 }

@@ -3,7 +3,7 @@
 // Both positions of a vertex are first put side by side, so that a vertex of a pair costs one access. Then threads take
 // chunks of pairs. The first test, along the axes, takes a pair's axes and both ends at once, pair after pair. What it
 // leaves of a chunk is packed into lanes, and again after each further test, so that the dearer ones have full vectors,
-// too. The few pairs that are left after all tests are searched for their impact one by one: lanes would diverge.
+// too. The few pairs that are left after all tests are searched for their impact in lanes of double.
 //
 // Each thread keeps what it finds; the impacts of a chunk stand together and in order. They move to their places when
 // it is known how many the chunks before have. So the result does not depend on which thread did what.
@@ -14,15 +14,27 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <bit>
 #include <span>
 
 #include "common/production_cloth/ccd_impact.h"
 #include "common/real.h"
+#include "common/simd_double.h"
 #include "common/simd_records.h"
 #include "openmp/failure.h"
 #include "openmp/vector_lanes.h"
 
-namespace lockstep::production_cloth::openmp {
+namespace lockstep::production_cloth {
+namespace meeting {
+
+template <>
+inline constexpr double unit<doublev> = unit<double>;
+template <>
+inline constexpr double least<doublev> = least<double>;
+
+}  // namespace meeting
+
+namespace openmp {
 namespace {
 
 using namespace meeting;
@@ -68,13 +80,13 @@ LOCKSTEP_INLINE Corners<Number> load_corners(const Array<Real>& vertex, std::spa
   return x;
 }
 
-Corners<double> to_double(const Array<Real>& vertex, const Vertices& corner) {
-  Corners<double> wide;
-  for (int i = 0; i < 4; ++i) {
-    const float* r = &vertex[8 * std::size_t(corner[i])];
-    wide.start[i] = {r[0], r[1], r[2]}, wide.end[i] = {r[4], r[5], r[6]};
-  }
-  return wide;
+Corners<doublev> to_double(const Corners<Number>& x) {
+  const auto wide = [](const Vector3<Number>& v) {
+    return Vector3<doublev>{to_double(v.x), to_double(v.y), to_double(v.z)};
+  };
+  Corners<doublev> y;
+  for (int i = 0; i < 4; ++i) y.start[i] = wide(x.start[i]), y.end[i] = wide(x.end[i]);
+  return y;
 }
 
 // The test of ccd_filters.h for one pair, all axes at once: records hold both positions of a vertex side by side, as
@@ -121,16 +133,20 @@ void find(const Array<Real>& vertex, std::span<const ElementPair> pairs, const a
   keep(left, [&](const std::int32_t* which, int n) {
     return apart_in_quarters<kind>(spans_of(load_corners(vertex, pairs, which, n, corners_of)));
   });
-  for (int k = 0; k < left.count; ++k) {
-    const Vertices corner = corners_of(pairs[left.which[k]]);
-    Impact<double> impact;
-    if (!find_impact<kind>(to_double(vertex, corner), impact)) continue;
-    const double normal[4] = {impact.normal.x, impact.normal.y, impact.normal.z, impact.time};
-    Found& f = found.emplace_back();
-    for (int i = 0; i < 4; ++i) {
-      f.corner[i] = corner[i];
-      f.weight[i] = static_cast<Real>(impact.weight[i]);
-      f.normal[i] = static_cast<Real>(normal[i]);
+  for (int k = 0; k < left.count; k += lanes) {
+    const std::int32_t* which = left.which + k;
+    const int n = left.count - k;
+    Impact<doublev> impact;
+    const Mask meets = find_impact<kind>(to_double(load_corners(vertex, pairs, which, n, corners_of)), impact);
+    const doublev normal[4] = {impact.normal.x, impact.normal.y, impact.normal.z, impact.time};
+    float weight_of[4][lanes], normal_of[4][lanes];
+    for (int i = 0; i < 4; ++i)
+      store(weight_of[i], to_float(impact.weight[i])), store(normal_of[i], to_float(normal[i]));
+    for (std::uint32_t rest = bits(meets & first_lanes(n)); rest != 0; rest &= rest - 1) {
+      const int l = std::countr_zero(rest);
+      const Vertices corner = corners_of(pairs[which[l]]);
+      Found& f = found.emplace_back();
+      for (int i = 0; i < 4; ++i) f.corner[i] = corner[i], f.weight[i] = weight_of[i][l], f.normal[i] = normal_of[i][l];
     }
   }
 }
@@ -193,4 +209,5 @@ void ccd(const Topology& topology, const ElementPairs& pairs, const Vectors<Real
   }
 }
 
-}  // namespace lockstep::production_cloth::openmp
+}  // namespace openmp
+}  // namespace lockstep::production_cloth
