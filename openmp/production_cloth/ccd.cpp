@@ -43,7 +43,7 @@ using Mask = maskv;
 using Vertices = std::array<std::int32_t, 4>;
 using Found = CcdMemory::Found;
 
-constexpr int chunk_size = 1024;  // pairs
+constexpr int chunk_size = 4096;  // pairs
 
 // Pairs of a chunk: how many, and which.
 struct Left {
@@ -89,19 +89,33 @@ Corners<doublev> to_double(const Corners<Number>& x) {
   return y;
 }
 
-// The test of ccd_filters.h for one pair, all axes at once: records hold both positions of a vertex side by side, as
-// x, y, z and 0.
-template <Kind kind>
-LOCKSTEP_INLINE bool apart_along_axes(const Real* vertex, const Vertices& corner) {
+// The extents of some vertices along all axes, at the start and at the end: records hold both positions of a vertex side
+// by side, as x, y, z and 0.
+struct Extents {
+  recordv low, high;
+};
+template <int from, int to>
+LOCKSTEP_INLINE Extents extents_of(const Real* vertex, const Vertices& corner) {
   const auto record = [&](int i) { return load_record(lockstep::record_at<8>(vertex, corner[i])); };
-  recordv low[2], high[2];  // of the first element, and of the second
-  for (int i = 0; i < 4; ++i) {
-    const bool is_second = i >= first_of<kind>, begins = i == 0 || i == first_of<kind>;
-    const recordv x = record(i);
-    low[is_second] = begins ? x : min(low[is_second], x), high[is_second] = begins ? x : max(high[is_second], x);
+  Extents e = {record(from), record(from)};
+  for (int i = from + 1; i < to; ++i) e = {min(e.low, record(i)), max(e.high, record(i))};
+  return e;
+}
+
+// Of the pairs, those that the test of ccd_filters.h along the axes does not dismiss. One pair after another, without a
+// branch: to fill lanes would take longer than the test. Pairs of the same first element follow each other.
+template <Kind kind>
+LOCKSTEP_INLINE void keep_near(const Real* vertex, std::span<const ElementPair> pairs, const auto& corners_of,
+                               Left& left) {
+  Extents a = {};
+  for (int k = 0; k < static_cast<int>(pairs.size()); ++k) {
+    const Vertices corner = corners_of(pairs[k]);
+    if (k == 0 || pairs[k].a != pairs[k - 1].a) a = extents_of<0, first_of<kind>>(vertex, corner);
+    const Extents b = extents_of<first_of<kind>, 4>(vertex, corner);
+    const std::uint32_t below = less(a.high, b.low), above = less(b.high, a.low);
+    left.which[left.count] = k;
+    left.count += ((below & below >> 4) | (above & above >> 4)) == 0;
   }
-  const std::uint32_t below = less(high[0], low[1]), above = less(high[1], low[0]);
-  return ((below & below >> 4) | (above & above >> 4)) != 0;
 }
 
 // Keeps those of `left` that `dismissed` does not dismiss, in order.
@@ -119,11 +133,7 @@ template <Kind kind>
 void find(const Array<Real>& vertex, std::span<const ElementPair> pairs, const auto& corners_of,
           std::vector<Found>& found) {
   Left left;
-  // One pair after another, without a branch: to fill lanes would take longer than the test.
-  for (int k = 0; k < static_cast<int>(pairs.size()); ++k) {
-    left.which[left.count] = k;
-    left.count += !apart_along_axes<kind>(vertex.data(), corners_of(pairs[k]));
-  }
+  keep_near<kind>(vertex.data(), pairs, corners_of, left);
   keep(left, [&](const std::int32_t* which, int n) {
     return apart_midway<kind>(spans_of(load_corners(vertex, pairs, which, n, corners_of)));
   });
@@ -174,7 +184,7 @@ void ccd(const Topology& topology, const ElementPairs& pairs, const Vectors<Real
 
   lockstep::openmp::Failure failure;
   // A thread appends to its own list; a chunk's part is its thread's alone. Chunks differ in work, hence dynamic.
-#pragma omp parallel for schedule(dynamic, 4)
+#pragma omp parallel for schedule(dynamic)
   for (std::size_t chunk = 0; chunk < chunks; ++chunk)
     failure.guard([&] {
       const int thread = omp_get_thread_num();
