@@ -4,18 +4,18 @@
 // The product of two floats is exact in double. A sum in a fixed tree has the same bits on every back end, and the same
 // as scalar text that adds in that tree. Only what kernels need is here.
 //
-//   doublev to_double(floatv a)                  each lane widened: exact
+//   doublev to_double(floatv a)                    each lane widened: exact
+//   floatv to_float(doublev a)                     each lane rounded once, to nearest
 //   doublev operator+, -, *, / (doublev, doublev)  each rounds once, to nearest
-//   doublev operator-(doublev a)                 flips the sign
-//   doublev min, max (doublev a, doublev b)      a < b ? a : b, and a > b ? a : b
-//   doublev abs, sqrt (doublev a)                correctly rounded
-//   doublev cbrt(doublev a)                      the library's, lane by lane: not for loops
+//   doublev operator-(doublev a)                   flips the sign, also that of zero and NaN
+//   doublev min, max(doublev a, doublev b)         a < b ? a : b, and a > b ? a : b
+//   doublev abs, sqrt(doublev a)                   clears the sign; correctly rounded
+//   doublev cbrt(doublev a)                        the library's, lane by lane: not for inner loops
 //   maskv operator<, <=, >, >=, == (doublev, doublev)  false with a NaN
-//   doublev select(maskv mask, doublev a, doublev b)  mask ? a : b
-//   floatv to_float(doublev a)                   each lane rounded once, to nearest
-//   doublev load(const double* p)                p[l]; any alignment
-//   void store(double* p, doublev v)             p[l] = v; any alignment
-//   double reduce_add(doublev v)                 ((v0 + v8) + (v4 + v12)) + ..., the tree of reduce_add(floatv)
+//   doublev select(maskv mask, doublev a, doublev b)   mask ? a : b
+//   doublev load(const double* p)                  p[l]; any alignment
+//   void store(double* p, doublev v)               p[l] = v; any alignment
+//   double reduce_add(doublev v)                   ((v0 + v8) + (v4 + v12)) + ..., the tree of reduce_add(floatv)
 #pragma once
 
 #include <cmath>

@@ -27,6 +27,7 @@
 namespace lockstep::production_cloth {
 namespace meeting {
 
+// Lanes of double round as double does.
 template <>
 inline constexpr double unit<doublev> = unit<double>;
 template <>
@@ -89,8 +90,8 @@ Corners<doublev> to_double(const Corners<Number>& x) {
   return y;
 }
 
-// The extents of some vertices along all axes, at the start and at the end: records hold both positions of a vertex side
-// by side, as x, y, z and 0.
+// The extents of some vertices along all axes, at the start and at the end: records hold both positions of a vertex
+// side by side, as x, y, z and 0.
 struct Extents {
   recordv low, high;
 };
@@ -102,8 +103,8 @@ LOCKSTEP_INLINE Extents extents_of(const Real* vertex, const Vertices& corner) {
   return e;
 }
 
-// Of the pairs, those that the test of ccd_filters.h along the axes does not dismiss. One pair after another, without a
-// branch: to fill lanes would take longer than the test. Pairs of the same first element follow each other.
+// Of the pairs, those that the test of ccd_filters.h along the axes does not dismiss. One pair after another: to fill
+// lanes would take longer than the test. Pairs of one first element follow each other, so that its extents are kept.
 template <Kind kind>
 LOCKSTEP_INLINE void keep_near(const Real* vertex, std::span<const ElementPair> pairs, const auto& corners_of,
                                Left& left) {
