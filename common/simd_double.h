@@ -1,16 +1,24 @@
 // Sixteen lanes of double beside the sixteen lanes of float in common/simd.h: for sums of products, and differences of
-// numbers of nearly one size, that float would round.
+// numbers of nearly one size, that float would round; and for searches that need all of double's digits.
 //
 // The product of two floats is exact in double. A sum in a fixed tree has the same bits on every back end, and the same
 // as scalar text that adds in that tree. Only what kernels need is here.
 //
-//   doublev to_double(floatv a)                  each lane widened: exact
-//   doublev operator+, -, * (doublev, doublev)   each rounds once, to nearest
-//   floatv to_float(doublev a)                   each lane rounded once, to nearest
-//   doublev load(const double* p)                p[l]; any alignment
-//   void store(double* p, doublev v)             p[l] = v; any alignment
-//   double reduce_add(doublev v)                 ((v0 + v8) + (v4 + v12)) + ..., the tree of reduce_add(floatv)
+//   doublev to_double(floatv a)                    each lane widened: exact
+//   floatv to_float(doublev a)                     each lane rounded once, to nearest
+//   doublev operator+, -, *, / (doublev, doublev)  each rounds once, to nearest
+//   doublev operator-(doublev a)                   flips the sign, also that of zero and NaN
+//   doublev min, max(doublev a, doublev b)         a < b ? a : b, and a > b ? a : b
+//   doublev abs, sqrt(doublev a)                   clears the sign; correctly rounded
+//   doublev cbrt(doublev a)                        the library's, lane by lane: not for inner loops
+//   maskv operator<, <=, >, >=, == (doublev, doublev)  false with a NaN
+//   doublev select(maskv mask, doublev a, doublev b)   mask ? a : b
+//   doublev load(const double* p)                  p[l]; any alignment
+//   void store(double* p, doublev v)               p[l] = v; any alignment
+//   double reduce_add(doublev v)                   ((v0 + v8) + (v4 + v12)) + ..., the tree of reduce_add(floatv)
 #pragma once
+
+#include <cmath>
 
 #include "common/simd.h"
 
@@ -31,6 +39,24 @@ LOCKSTEP_INLINE doublev to_double(floatv a) {
 LOCKSTEP_INLINE doublev operator+(doublev a, doublev b) { return {a.low + b.low, a.high + b.high}; }
 LOCKSTEP_INLINE doublev operator-(doublev a, doublev b) { return {a.low - b.low, a.high - b.high}; }
 LOCKSTEP_INLINE doublev operator*(doublev a, doublev b) { return {a.low * b.low, a.high * b.high}; }
+LOCKSTEP_INLINE doublev operator/(doublev a, doublev b) { return {a.low / b.low, a.high / b.high}; }
+LOCKSTEP_INLINE doublev operator-(doublev a) { return {-a.low, -a.high}; }
+LOCKSTEP_INLINE doublev min(doublev a, doublev b) {
+  return {_mm512_min_pd(a.low, b.low), _mm512_min_pd(a.high, b.high)};
+}
+LOCKSTEP_INLINE doublev max(doublev a, doublev b) {
+  return {_mm512_max_pd(a.low, b.low), _mm512_max_pd(a.high, b.high)};
+}
+LOCKSTEP_INLINE doublev abs(doublev a) { return {_mm512_abs_pd(a.low), _mm512_abs_pd(a.high)}; }
+LOCKSTEP_INLINE doublev sqrt(doublev a) { return {_mm512_sqrt_pd(a.low), _mm512_sqrt_pd(a.high)}; }
+template <int relation>
+LOCKSTEP_INLINE maskv compare_lanes(doublev a, doublev b) {
+  return {_mm512_kunpackb(_mm512_cmp_pd_mask(a.high, b.high, relation), _mm512_cmp_pd_mask(a.low, b.low, relation))};
+}
+LOCKSTEP_INLINE doublev select(maskv mask, doublev a, doublev b) {
+  return {_mm512_mask_blend_pd(static_cast<__mmask8>(mask.m), b.low, a.low),
+          _mm512_mask_blend_pd(static_cast<__mmask8>(mask.m >> 8), b.high, a.high)};
+}
 LOCKSTEP_INLINE floatv to_float(doublev a) {
   const __m512 low = _mm512_castps256_ps512(_mm512_cvtpd_ps(a.low));
   return floatv(_mm512_insertf32x8(low, _mm512_cvtpd_ps(a.high), 1));
@@ -55,16 +81,54 @@ LOCKSTEP_INLINE doublev to_double(floatv a) {
   return {_mm256_cvtps_pd(_mm256_castps256_ps128(a.lo)), _mm256_cvtps_pd(_mm256_extractf128_ps(a.lo, 1)),
           _mm256_cvtps_pd(_mm256_castps256_ps128(a.hi)), _mm256_cvtps_pd(_mm256_extractf128_ps(a.hi, 1))};
 }
-#define LOCKSTEP_EACH_QUARTER(op)                                                                     \
-  {                                                                                                   \
-    return {a.quarter[0] op b.quarter[0], a.quarter[1] op b.quarter[1], a.quarter[2] op b.quarter[2], \
-            a.quarter[3] op b.quarter[3]};                                                            \
-  }
-LOCKSTEP_INLINE doublev operator+(doublev a, doublev b) LOCKSTEP_EACH_QUARTER(+) LOCKSTEP_INLINE doublev operator-(
-    doublev a, doublev b) LOCKSTEP_EACH_QUARTER(-) LOCKSTEP_INLINE doublev
-operator*(doublev a, doublev b) LOCKSTEP_EACH_QUARTER(*)
-#undef LOCKSTEP_EACH_QUARTER
-    LOCKSTEP_INLINE floatv to_float(doublev a) {
+template <class F>
+LOCKSTEP_INLINE doublev quarters(F f) {
+  return {f(0), f(1), f(2), f(3)};
+}
+LOCKSTEP_INLINE doublev operator+(doublev a, doublev b) {
+  return quarters([&](int q) { return a.quarter[q] + b.quarter[q]; });
+}
+LOCKSTEP_INLINE doublev operator-(doublev a, doublev b) {
+  return quarters([&](int q) { return a.quarter[q] - b.quarter[q]; });
+}
+LOCKSTEP_INLINE doublev operator*(doublev a, doublev b) {
+  return quarters([&](int q) { return a.quarter[q] * b.quarter[q]; });
+}
+LOCKSTEP_INLINE doublev operator/(doublev a, doublev b) {
+  return quarters([&](int q) { return a.quarter[q] / b.quarter[q]; });
+}
+LOCKSTEP_INLINE doublev operator-(doublev a) {
+  return quarters([&](int q) { return -a.quarter[q]; });
+}
+LOCKSTEP_INLINE doublev min(doublev a, doublev b) {
+  return quarters([&](int q) { return _mm256_min_pd(a.quarter[q], b.quarter[q]); });
+}
+LOCKSTEP_INLINE doublev max(doublev a, doublev b) {
+  return quarters([&](int q) { return _mm256_max_pd(a.quarter[q], b.quarter[q]); });
+}
+LOCKSTEP_INLINE doublev abs(doublev a) {
+  return quarters([&](int q) { return _mm256_andnot_pd(_mm256_set1_pd(-0.), a.quarter[q]); });
+}
+LOCKSTEP_INLINE doublev sqrt(doublev a) {
+  return quarters([&](int q) { return _mm256_sqrt_pd(a.quarter[q]); });
+}
+// Of two quarters, the even ones of sixteen numbers of 32 bits.
+template <int relation>
+LOCKSTEP_INLINE maskv compare_lanes(doublev a, doublev b) {
+  const auto quarter = [&](int q) { return _mm256_castpd_ps(_mm256_cmp_pd(a.quarter[q], b.quarter[q], relation)); };
+  const auto half = [&](int q) {
+    return _mm256_permute4x64_epi64(as_int(_mm256_shuffle_ps(quarter(q), quarter(q + 1), 0x88)), 0xd8);
+  };
+  return {half(0), half(2)};
+}
+LOCKSTEP_INLINE doublev select(maskv mask, doublev a, doublev b) {
+  return quarters([&](int q) {
+    const __m256i half = q < 2 ? mask.lo : mask.hi;
+    const __m128i four = q % 2 == 0 ? _mm256_castsi256_si128(half) : _mm256_extracti128_si256(half, 1);
+    return _mm256_blendv_pd(b.quarter[q], a.quarter[q], _mm256_castsi256_pd(_mm256_cvtepi32_epi64(four)));
+  });
+}
+LOCKSTEP_INLINE floatv to_float(doublev a) {
   return {_mm256_set_m128(_mm256_cvtpd_ps(a.quarter[1]), _mm256_cvtpd_ps(a.quarter[0])),
           _mm256_set_m128(_mm256_cvtpd_ps(a.quarter[3]), _mm256_cvtpd_ps(a.quarter[2]))};
 }
@@ -96,6 +160,36 @@ LOCKSTEP_INLINE doublev operator-(doublev a, doublev b) {
 LOCKSTEP_INLINE doublev operator*(doublev a, doublev b) {
   return make_lanes<doublev>([&](int l) { return a.lane[l] * b.lane[l]; });
 }
+LOCKSTEP_INLINE doublev operator/(doublev a, doublev b) {
+  return make_lanes<doublev>([&](int l) { return a.lane[l] / b.lane[l]; });
+}
+LOCKSTEP_INLINE doublev operator-(doublev a) {
+  return make_lanes<doublev>([&](int l) { return -a.lane[l]; });
+}
+LOCKSTEP_INLINE doublev min(doublev a, doublev b) {
+  return make_lanes<doublev>([&](int l) { return a.lane[l] < b.lane[l] ? a.lane[l] : b.lane[l]; });
+}
+LOCKSTEP_INLINE doublev max(doublev a, doublev b) {
+  return make_lanes<doublev>([&](int l) { return a.lane[l] > b.lane[l] ? a.lane[l] : b.lane[l]; });
+}
+LOCKSTEP_INLINE doublev abs(doublev a) {
+  return make_lanes<doublev>([&](int l) { return std::abs(a.lane[l]); });
+}
+LOCKSTEP_INLINE doublev sqrt(doublev a) {
+  return make_lanes<doublev>([&](int l) { return std::sqrt(a.lane[l]); });
+}
+LOCKSTEP_INLINE maskv operator<(doublev a, doublev b) {
+  return mask_lanes([&](int l) { return a.lane[l] < b.lane[l]; });
+}
+LOCKSTEP_INLINE maskv operator<=(doublev a, doublev b) {
+  return mask_lanes([&](int l) { return a.lane[l] <= b.lane[l]; });
+}
+LOCKSTEP_INLINE maskv operator==(doublev a, doublev b) {
+  return mask_lanes([&](int l) { return a.lane[l] == b.lane[l]; });
+}
+LOCKSTEP_INLINE doublev select(maskv mask, doublev a, doublev b) {
+  return make_lanes<doublev>([&](int l) { return mask.lane[l] ? a.lane[l] : b.lane[l]; });
+}
 LOCKSTEP_INLINE floatv to_float(doublev a) {
   return make_lanes<floatv>([&](int l) { return static_cast<float>(a.lane[l]); });
 }
@@ -107,6 +201,21 @@ LOCKSTEP_INLINE void store(double* p, doublev v) {
 }
 
 #endif
+
+#if !defined(LOCKSTEP_ISA_PORTABLE)
+LOCKSTEP_INLINE maskv operator<(doublev a, doublev b) { return compare_lanes<_CMP_LT_OQ>(a, b); }
+LOCKSTEP_INLINE maskv operator<=(doublev a, doublev b) { return compare_lanes<_CMP_LE_OQ>(a, b); }
+LOCKSTEP_INLINE maskv operator==(doublev a, doublev b) { return compare_lanes<_CMP_EQ_OQ>(a, b); }
+#endif
+LOCKSTEP_INLINE maskv operator>(doublev a, doublev b) { return b < a; }
+LOCKSTEP_INLINE maskv operator>=(doublev a, doublev b) { return b <= a; }
+
+LOCKSTEP_INLINE doublev cbrt(doublev v) {
+  double lane[lanes];
+  store(lane, v);
+  for (double& x : lane) x = std::cbrt(x);
+  return load(lane);
+}
 
 // A sum is reduced once in a thousand elements, so that its tree may go through memory.
 LOCKSTEP_INLINE double reduce_add(doublev v) {

@@ -32,6 +32,43 @@ TEST(SimdDouble, DoesWhatDoublesDo) {
   for (const double s : sum) EXPECT_EQ(s, .1);
 }
 
+// Zeros, infinities, NaN and numbers of many sizes, each with each.
+TEST(SimdDouble, ComparesAndSelectsAsDoublesDo) {
+  constexpr double inf = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double of[] = {0., -0., 1., -1.5, 0x1p-1074, -0x1p-540, 0x1.fp1000, inf, -inf, nan, 2., 3., -7., .1, 1e-9};
+  double a[lanes], b[lanes], c[lanes];
+  for (int shift = 0; shift < 15; ++shift) {
+    for (int l = 0; l < lanes; ++l) a[l] = of[l % 15], b[l] = of[(l + shift) % 15];
+    const doublev x = load(a), y = load(b);
+    const auto expect_same = [&](doublev v, const auto& expected) {
+      store(c, v);
+      for (int l = 0; l < lanes; ++l) {
+        const double e = expected(a[l], b[l]);
+        if (std::isnan(e))
+          EXPECT_TRUE(std::isnan(c[l])) << a[l] << " " << b[l];
+        else
+          EXPECT_EQ(std::bit_cast<std::uint64_t>(c[l]), std::bit_cast<std::uint64_t>(e)) << a[l] << " " << b[l];
+      }
+    };
+    expect_same(x / y, [](double p, double q) { return p / q; });
+    expect_same(-x, [](double p, double) { return -p; });
+    expect_same(abs(x), [](double p, double) { return std::abs(p); });
+    expect_same(sqrt(x), [](double p, double) { return std::sqrt(p); });
+    expect_same(cbrt(x), [](double p, double) { return std::cbrt(p); });
+    expect_same(min(x, y), [](double p, double q) { return p < q ? p : q; });
+    expect_same(max(x, y), [](double p, double q) { return p > q ? p : q; });
+    expect_same(select(x < y, x, y), [](double p, double q) { return p < q ? p : q; });
+    const auto expect_mask = [&](maskv mask, const auto& expected) {
+      for (int l = 0; l < lanes; ++l) EXPECT_EQ(bits(mask) >> l & 1, expected(a[l], b[l])) << a[l] << " " << b[l];
+    };
+    expect_mask(x < y, [](double p, double q) { return p < q; });
+    expect_mask(x <= y, [](double p, double q) { return p <= q; });
+    expect_mask(x > y, [](double p, double q) { return p > q; });
+    expect_mask(x >= y, [](double p, double q) { return p >= q; });
+    expect_mask(x == y, [](double p, double q) { return p == q; });
+  }
+}
+
 TEST(SimdDouble, AddsInTheTree) {
   float a[lanes];
   double v[lanes];

@@ -3,7 +3,7 @@
 // Both positions of a vertex are first put side by side, so that a vertex of a pair costs one access. Then threads take
 // chunks of pairs. The first test, along the axes, takes a pair's axes and both ends at once, pair after pair. What it
 // leaves of a chunk is packed into lanes, and again after each further test, so that the dearer ones have full vectors,
-// too. The few pairs that are left after all tests are searched for their impact one by one: lanes would diverge.
+// too. The few pairs that are left after all tests are searched for their impact in lanes of double.
 //
 // Each thread keeps what it finds; the impacts of a chunk stand together and in order. They move to their places when
 // it is known how many the chunks before have. So the result does not depend on which thread did what.
@@ -14,15 +14,28 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <bit>
 #include <span>
 
 #include "common/production_cloth/ccd_impact.h"
 #include "common/real.h"
+#include "common/simd_double.h"
 #include "common/simd_records.h"
 #include "openmp/failure.h"
 #include "openmp/vector_lanes.h"
 
-namespace lockstep::production_cloth::openmp {
+namespace lockstep::production_cloth {
+namespace meeting {
+
+// Lanes of double round as double does.
+template <>
+inline constexpr double unit<doublev> = unit<double>;
+template <>
+inline constexpr double least<doublev> = least<double>;
+
+}  // namespace meeting
+
+namespace openmp {
 namespace {
 
 using namespace meeting;
@@ -31,7 +44,7 @@ using Mask = maskv;
 using Vertices = std::array<std::int32_t, 4>;
 using Found = CcdMemory::Found;
 
-constexpr int chunk_size = 1024;  // pairs
+constexpr int chunk_size = 4096;  // pairs
 
 // Pairs of a chunk: how many, and which.
 struct Left {
@@ -68,28 +81,42 @@ LOCKSTEP_INLINE Corners<Number> load_corners(const Array<Real>& vertex, std::spa
   return x;
 }
 
-Corners<double> to_double(const Array<Real>& vertex, const Vertices& corner) {
-  Corners<double> wide;
-  for (int i = 0; i < 4; ++i) {
-    const float* r = &vertex[8 * std::size_t(corner[i])];
-    wide.start[i] = {r[0], r[1], r[2]}, wide.end[i] = {r[4], r[5], r[6]};
-  }
-  return wide;
+Corners<doublev> to_double(const Corners<Number>& x) {
+  const auto wide = [](const Vector3<Number>& v) {
+    return Vector3<doublev>{to_double(v.x), to_double(v.y), to_double(v.z)};
+  };
+  Corners<doublev> y;
+  for (int i = 0; i < 4; ++i) y.start[i] = wide(x.start[i]), y.end[i] = wide(x.end[i]);
+  return y;
 }
 
-// The test of ccd_filters.h for one pair, all axes at once: records hold both positions of a vertex side by side, as
-// x, y, z and 0.
-template <Kind kind>
-LOCKSTEP_INLINE bool apart_along_axes(const Real* vertex, const Vertices& corner) {
+// The extents of some vertices along all axes, at the start and at the end: records hold both positions of a vertex
+// side by side, as x, y, z and 0.
+struct Extents {
+  recordv low, high;
+};
+template <int from, int to>
+LOCKSTEP_INLINE Extents extents_of(const Real* vertex, const Vertices& corner) {
   const auto record = [&](int i) { return load_record(lockstep::record_at<8>(vertex, corner[i])); };
-  recordv low[2], high[2];  // of the first element, and of the second
-  for (int i = 0; i < 4; ++i) {
-    const bool is_second = i >= first_of<kind>, begins = i == 0 || i == first_of<kind>;
-    const recordv x = record(i);
-    low[is_second] = begins ? x : min(low[is_second], x), high[is_second] = begins ? x : max(high[is_second], x);
+  Extents e = {record(from), record(from)};
+  for (int i = from + 1; i < to; ++i) e = {min(e.low, record(i)), max(e.high, record(i))};
+  return e;
+}
+
+// Of the pairs, those that the test of ccd_filters.h along the axes does not dismiss. One pair after another: to fill
+// lanes would take longer than the test. Pairs of one first element follow each other, so that its extents are kept.
+template <Kind kind>
+LOCKSTEP_INLINE void keep_near(const Real* vertex, std::span<const ElementPair> pairs, const auto& corners_of,
+                               Left& left) {
+  Extents a = {};
+  for (int k = 0; k < static_cast<int>(pairs.size()); ++k) {
+    const Vertices corner = corners_of(pairs[k]);
+    if (k == 0 || pairs[k].a != pairs[k - 1].a) a = extents_of<0, first_of<kind>>(vertex, corner);
+    const Extents b = extents_of<first_of<kind>, 4>(vertex, corner);
+    const std::uint32_t below = less(a.high, b.low), above = less(b.high, a.low);
+    left.which[left.count] = k;
+    left.count += ((below & below >> 4) | (above & above >> 4)) == 0;
   }
-  const std::uint32_t below = less(high[0], low[1]), above = less(high[1], low[0]);
-  return ((below & below >> 4) | (above & above >> 4)) != 0;
 }
 
 // Keeps those of `left` that `dismissed` does not dismiss, in order.
@@ -107,11 +134,7 @@ template <Kind kind>
 void find(const Array<Real>& vertex, std::span<const ElementPair> pairs, const auto& corners_of,
           std::vector<Found>& found) {
   Left left;
-  // One pair after another, without a branch: to fill lanes would take longer than the test.
-  for (int k = 0; k < static_cast<int>(pairs.size()); ++k) {
-    left.which[left.count] = k;
-    left.count += !apart_along_axes<kind>(vertex.data(), corners_of(pairs[k]));
-  }
+  keep_near<kind>(vertex.data(), pairs, corners_of, left);
   keep(left, [&](const std::int32_t* which, int n) {
     return apart_midway<kind>(spans_of(load_corners(vertex, pairs, which, n, corners_of)));
   });
@@ -121,16 +144,20 @@ void find(const Array<Real>& vertex, std::span<const ElementPair> pairs, const a
   keep(left, [&](const std::int32_t* which, int n) {
     return apart_in_quarters<kind>(spans_of(load_corners(vertex, pairs, which, n, corners_of)));
   });
-  for (int k = 0; k < left.count; ++k) {
-    const Vertices corner = corners_of(pairs[left.which[k]]);
-    Impact impact;
-    if (!find_impact<kind>(to_double(vertex, corner), impact)) continue;
-    const double normal[4] = {impact.normal.x, impact.normal.y, impact.normal.z, impact.time};
-    Found& f = found.emplace_back();
-    for (int i = 0; i < 4; ++i) {
-      f.corner[i] = corner[i];
-      f.weight[i] = static_cast<Real>(impact.weight[i]);
-      f.normal[i] = static_cast<Real>(normal[i]);
+  for (int k = 0; k < left.count; k += lanes) {
+    const std::int32_t* which = left.which + k;
+    const int n = left.count - k;
+    Impact<doublev> impact;
+    const Mask meets = find_impact<kind>(to_double(load_corners(vertex, pairs, which, n, corners_of)), impact);
+    const doublev normal[4] = {impact.normal.x, impact.normal.y, impact.normal.z, impact.time};
+    float weight_of[4][lanes], normal_of[4][lanes];
+    for (int i = 0; i < 4; ++i)
+      store(weight_of[i], to_float(impact.weight[i])), store(normal_of[i], to_float(normal[i]));
+    for (std::uint32_t rest = bits(meets & first_lanes(n)); rest != 0; rest &= rest - 1) {
+      const int l = std::countr_zero(rest);
+      const Vertices corner = corners_of(pairs[which[l]]);
+      Found& f = found.emplace_back();
+      for (int i = 0; i < 4; ++i) f.corner[i] = corner[i], f.weight[i] = weight_of[i][l], f.normal[i] = normal_of[i][l];
     }
   }
 }
@@ -158,7 +185,7 @@ void ccd(const Topology& topology, const ElementPairs& pairs, const Vectors<Real
 
   lockstep::openmp::Failure failure;
   // A thread appends to its own list; a chunk's part is its thread's alone. Chunks differ in work, hence dynamic.
-#pragma omp parallel for schedule(dynamic, 4)
+#pragma omp parallel for schedule(dynamic)
   for (std::size_t chunk = 0; chunk < chunks; ++chunk)
     failure.guard([&] {
       const int thread = omp_get_thread_num();
@@ -193,4 +220,5 @@ void ccd(const Topology& topology, const ElementPairs& pairs, const Vectors<Real
   }
 }
 
-}  // namespace lockstep::production_cloth::openmp
+}  // namespace openmp
+}  // namespace lockstep::production_cloth

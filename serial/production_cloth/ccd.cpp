@@ -16,7 +16,7 @@ using Vertices = std::array<std::int32_t, 4>;
 
 struct Found {
   Vertices corner;
-  Impact impact;
+  Impact<double> impact;
 };
 
 Corners<Number> load_corners(const Vectors<Real>& start, const Vectors<Real>& end, const Vertices& corner) {
@@ -48,7 +48,7 @@ void find(const Array<ElementPair>& pairs, const auto& corners_of, const Vectors
   for (const ElementPair& pair : pairs) {
     const Vertices corner = corners_of(pair);
     const Corners<Number> x = load_corners(start, end, corner);
-    Impact impact;
+    Impact<double> impact;
     if (may_meet<kind>(x) && find_impact<kind>(to_double(x), impact)) found.push_back({corner, impact});
   }
 }
