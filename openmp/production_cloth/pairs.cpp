@@ -40,19 +40,18 @@ LOCKSTEP_INLINE Box<floatv> compress(maskv mask, const Box<floatv>& box) {
   return {moved(box.low), moved(box.high)};
 }
 
-// A tree, and its elements that one descent has reached, with their boxes and vertices. Scratch of one thread.
-template <std::size_t n>
+// A tree, and its elements that one descent has reached, with their boxes and the masks of whom they are no partners
+// of. Scratch of one thread.
 struct Reached {
   const Levels& levels;
   const Bounds<Real>& boxes;
-  const std::array<Array<std::int32_t>, n>& corners;
+  const Barred& barred;
   int count = 0, room = 0;
-  Array<std::int32_t> nodes = {}, above = {}, elements = {};
+  Array<std::int32_t> nodes = {}, above = {}, elements = {}, masks = {};
   Bounds<Real> boxes_of_elements = {};
-  std::array<Array<std::int32_t>, n> corners_of_elements = {};
 
-  Reached(const Levels& levels, const Bounds<Real>& boxes, const std::array<Array<std::int32_t>, n>& corners)
-      : levels(levels), boxes(boxes), corners(corners) {
+  Reached(const Levels& levels, const Bounds<Real>& boxes, const Barred& barred)
+      : levels(levels), boxes(boxes), barred(barred) {
     nodes.resize(padded(levels.nodes())), above.resize(padded(levels.nodes()));
     make_room(tree_width);
   }
@@ -60,13 +59,13 @@ struct Reached {
   // For `more` elements, and for sixteen that may be stored behind the last.
   [[gnu::noinline]] void make_room(int more) {
     const std::size_t with_padding = padded(2 * more) + lanes;
-    elements.resize(with_padding), boxes_of_elements.resize(static_cast<int>(with_padding));
-    for (Array<std::int32_t>& corner : corners_of_elements) corner.resize(with_padding);
+    elements.resize(with_padding), masks.resize(with_padding);
+    boxes_of_elements.resize(static_cast<int>(with_padding));
     room = 2 * more;
   }
 
-  // The elements that overlap the box, of nodes from `from` on, level by level.
-  LOCKSTEP_INLINE void descend(const Box<floatv>& box, int from, Failure& failure) {
+  // The elements that overlap the box of a node of the other tree, of nodes from `from` on, level by level.
+  LOCKSTEP_INLINE void descend(int node, const Box<floatv>& box, int from, Failure& failure) {
     nodes[0] = 0, count = 1;
     for (int level = levels.last(); level >= 1; --level) {
       nodes.swap(above);
@@ -83,18 +82,22 @@ struct Reached {
     const int reached = std::exchange(count, 0);
     if (reached * tree_width > room) failure.guard([&] { make_room(reached * tree_width); });
     if (failure.happened()) return;
-    for (int k = 0; k < reached; ++k) add(box, nodes[k]);
+    const int bars_nothing = barred.first[node + 1] - 1;
+    for (int k = 0, row = barred.first[node]; k < reached; ++k) {
+      while (barred.node[row] < nodes[k]) ++row;
+      add(box, nodes[k], &barred.masks[tree_width * (barred.node[row] == nodes[k] ? row : bars_nothing)]);
+    }
     // What fills up the last sixteen overlaps nothing.
     store_boxes(boxes_of_elements, count, in_all_lanes(empty_box<Real>));
   }
 
-  LOCKSTEP_INLINE void add(const Box<floatv>& box, int node) {
+  LOCKSTEP_INLINE void add(const Box<floatv>& box, int node, const std::int32_t* masks_of_children) {
     const int child = node * tree_width;
     const Box<floatv> box_of_child = load_boxes(boxes, child);
     const maskv hit = overlap(box, box_of_child);
     store(&elements[count], compress(hit, lane_index() + child));
+    store(&masks[count], compress(hit, load(masks_of_children)));
     store_boxes(boxes_of_elements, count, compress(hit, box_of_child));
-    for (std::size_t c = 0; c < n; ++c) store(&corners_of_elements[c][count], compress(hit, load(&corners[c][child])));
     count += lockstep::count(hit);
   }
 };
@@ -105,38 +108,32 @@ struct Found {
   std::array<std::int32_t, tree_width> counts = {};
 };
 
-// Finds the pairs of elements of two trees. Elements of the same tree are found once: a < b. share(a)(corner): whether
-// they have a common vertex.
-template <bool same, std::size_t n, class Share>
+// Finds the pairs of elements of two trees, or of one.
 void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& levels_b, const Bounds<Real>& boxes_b,
-          const std::array<Array<std::int32_t>, n>& corners_b, const Share& share, Array<ElementPair>& pairs) {
-  std::vector<Reached<n>> of_threads(omp_get_max_threads(), Reached<n>(levels_b, boxes_b, corners_b));
+          const Barred& barred, Array<ElementPair>& pairs) {
+  const bool same = &levels_a == &levels_b;
+  std::vector<Reached> of_threads(omp_get_max_threads(), Reached(levels_b, boxes_b, barred));
   std::vector<Found> found(levels_a.nodes());
 
   const std::vector<PairList>& lists = collect(levels_a.nodes(), 4, [&](int node, PairList& mine) {
-    Reached<n>& reached = of_threads[omp_get_thread_num()];
+    Reached& reached = of_threads[omp_get_thread_num()];
     Found& of_node = found[node];
     of_node.thread = omp_get_thread_num(), of_node.begin = mine.count;
-    reached.descend(in_all_lanes(boxes_a.box(levels_a.first[1] + node)), same ? node : 0, *mine.failure);
+    reached.descend(node, in_all_lanes(boxes_a.box(levels_a.first[1] + node)), same ? node : 0, *mine.failure);
     // The loop below stores to lists. The compiler cannot know that this leaves these pointers as they are.
     const Vector3<const float*> low = pointers(std::as_const(reached.boxes_of_elements.low)),
                                 high = pointers(std::as_const(reached.boxes_of_elements.high));
-    const std::int32_t* const elements = reached.elements.data();
-    std::array<const std::int32_t*, n> corners;
-    for (std::size_t c = 0; c < n; ++c) corners[c] = reached.corners_of_elements[c].data();
+    const std::int32_t *const elements = reached.elements.data(), *const masks = reached.masks.data();
     for (int a = node * tree_width; a < std::min((node + 1) * tree_width, levels_a.elements); ++a) {
       std::int32_t *const begin = room_for(mine, reached.count), *to = begin;
       if (!begin) return;
       const Box<floatv> box = in_all_lanes(boxes_a.box(a));
-      const auto shares = share(a);
+      const intv bit = 1 << a % tree_width;
       for (int k = 0; k < reached.count; k += lanes) {
-        std::array<intv, n> corner;
-        for (std::size_t c = 0; c < n; ++c) corner[c] = load(corners[c] + k);
-        const intv b = load(elements + k);
-        const maskv hit = overlap(box, Box<floatv>{load(low, k), load(high, k)});
-        const maskv once = (same ? hit & (b > a) : hit) & !shares(corner);
-        store(to, compress(once, b));
-        to += lockstep::count(once);
+        const maskv may = (load(masks + k) & bit) == 0;
+        const maskv hit = may & overlap(box, Box<floatv>{load(low, k), load(high, k)});
+        store(to, compress(hit, load(elements + k)));
+        to += lockstep::count(hit);
       }
       of_node.counts[a % tree_width] = static_cast<int>(to - begin);
       mine.count += of_node.counts[a % tree_width];
@@ -162,21 +159,8 @@ void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& lev
 }  // namespace
 
 void find_pairs(const Search& search, const SearchBoxes<Real>& boxes, ElementPairs& pairs) {
-  const auto& end = search.ends;
-  find<false>(
-      search.vertices, boxes.vertices, search.triangles, boxes.triangles, search.corners,
-      [&](int a) {
-        return [vertex = intv(a)](const std::array<intv, 3>& corner) { return is_corner(vertex, corner); };
-      },
-      pairs.point_triangle);
-  find<true>(
-      search.edges, boxes.edges, search.edges, boxes.edges, search.ends,
-      [&](int a) {
-        return [ends = std::array<intv, 2>{end[0][a], end[1][a]}](const std::array<intv, 2>& other) {
-          return share_end(ends, other);
-        };
-      },
-      pairs.edge_edge);
+  find(search.vertices, boxes.vertices, search.triangles, boxes.triangles, search.point_triangle, pairs.point_triangle);
+  find(search.edges, boxes.edges, search.edges, boxes.edges, search.edge_edge, pairs.edge_edge);
 }
 
 }  // namespace lockstep::production_cloth::openmp

@@ -21,33 +21,31 @@ namespace {
 
 using namespace spatial;
 
-// A tree, and its elements that one descent has reached, with their boxes and vertices.
-template <std::size_t n>
+// A tree, and its elements that one descent has reached, with their boxes and the masks of whom they are no partners
+// of.
 struct Reached {
   const Levels& levels;
   const Bounds<Real>& boxes;
-  const std::array<Array<std::int32_t>, n>& corners;
+  const Barred& barred;
   int count = 0, room = 0;
-  Array<std::int32_t> nodes = {}, above = {}, elements = {};
+  Array<std::int32_t> nodes = {}, above = {}, elements = {}, masks = {};
   Bounds<Real> boxes_of_elements = {};
-  std::array<Array<std::int32_t>, n> corners_of_elements = {};
 
-  Reached(const Levels& levels, const Bounds<Real>& boxes, const std::array<Array<std::int32_t>, n>& corners)
-      : levels(levels), boxes(boxes), corners(corners) {
+  Reached(const Levels& levels, const Bounds<Real>& boxes, const Barred& barred)
+      : levels(levels), boxes(boxes), barred(barred) {
     nodes.resize(padded(levels.nodes())), above.resize(padded(levels.nodes()));
     make_room(tree_width);
   }
 
   // For `more` elements.
   void make_room(int more) {
-    elements.resize(2 * more), boxes_of_elements.resize(2 * more);
-    for (Array<std::int32_t>& corner : corners_of_elements) corner.resize(2 * more);
+    elements.resize(2 * more), masks.resize(2 * more), boxes_of_elements.resize(2 * more);
     room = 2 * more;
   }
 
-  // The elements that overlap the box, of nodes from `from` on, level by level. What is reached is stored, and the next
-  // stored over it if it does not overlap: no branch depends on the boxes.
-  void descend(const Box<Real>& box, int from) {
+  // The elements that overlap the box of a node of the other tree, of nodes from `from` on, level by level. What is
+  // reached is stored, and the next stored over it if it does not overlap: no branch depends on the boxes.
+  void descend(int node, const Box<Real>& box, int from) {
     nodes[0] = 0, count = 1;
     for (int level = levels.last(); level >= 1; --level) {
       nodes.swap(above);
@@ -62,16 +60,20 @@ struct Reached {
     }
     const int reached = std::exchange(count, 0);
     if (reached * tree_width > room) make_room(reached * tree_width);
-    for (int k = 0; k < reached; ++k) add(box, nodes[k]);
+    const int bars_nothing = barred.first[node + 1] - 1;
+    for (int k = 0, row = barred.first[node]; k < reached; ++k) {
+      while (barred.node[row] < nodes[k]) ++row;
+      add(box, nodes[k], &barred.masks[tree_width * (barred.node[row] == nodes[k] ? row : bars_nothing)]);
+    }
   }
 
-  void add(const Box<Real>& box, int node) {
+  void add(const Box<Real>& box, int node, const std::int32_t* masks_of_children) {
     int count = this->count;  // which stays in a register
-    for (int child = node * tree_width; child < (node + 1) * tree_width; ++child) {
-      const Box<Real> box_of_child = boxes.box(child);
+    for (int c = 0; c < tree_width; ++c) {
+      const Box<Real> box_of_child = boxes.box(node * tree_width + c);
       const bool hit = overlap(box, box_of_child);
-      elements[count] = child, boxes_of_elements.set(count, box_of_child);
-      for (std::size_t c = 0; c < n; ++c) corners_of_elements[c][count] = corners[c][child];
+      elements[count] = node * tree_width + c, masks[count] = masks_of_children[c];
+      boxes_of_elements.set(count, box_of_child);
       count += hit;
     }
     this->count = count;
@@ -84,35 +86,28 @@ void add_pair(Array<ElementPair>& pairs, const ElementPair& pair) {
   pairs.push_back(pair);
 }
 
-// Finds the pairs of elements of two trees. Elements of the same tree are found once: a < b. share(a)(corner): whether
-// they have a common vertex.
-template <bool same, std::size_t n, class Share>
+// Finds the pairs of elements of two trees, or of one.
 void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& levels_b, const Bounds<Real>& boxes_b,
-          const std::array<Array<std::int32_t>, n>& corners_b, const Share& share, Array<ElementPair>& pairs) {
-  Reached<n> reached(levels_b, boxes_b, corners_b);
-  Array<std::int32_t> hit, hits;  // [k]: whether element k of those reached overlaps; [k]: which do
+          const Barred& barred, Array<ElementPair>& pairs) {
+  const bool same = &levels_a == &levels_b;
+  Reached reached(levels_b, boxes_b, barred);
+  Array<std::int32_t> hit, hits;  // [k]: whether element k of those reached is a partner; [k]: who is
   pairs.clear();
   for (int node = 0; node < levels_a.nodes(); ++node) {
-    reached.descend(boxes_a.box(levels_a.first[1] + node), same ? node : 0);
+    reached.descend(node, boxes_a.box(levels_a.first[1] + node), same ? node : 0);
     // The loops below store. The compiler cannot know that this leaves these as they are.
     const int count = reached.count;
     const std::int32_t* const elements = reached.elements.data();
-    std::array<const std::int32_t*, n> corners;
-    for (std::size_t c = 0; c < n; ++c) corners[c] = reached.corners_of_elements[c].data();
     hit.resize(reached.room), hits.resize(reached.room);
     for (int a = node * tree_width; a < std::min((node + 1) * tree_width, levels_a.elements); ++a) {
       const Box<Real> box = boxes_a.box(a);
-      const auto shares = share(a);
+      const int bit = 1 << a % tree_width;
       // The compiler makes vectors of the first loop, and the second has no branch that depends on the boxes.
-      for (int k = 0; k < count; ++k) hit[k] = overlap(box, reached.boxes_of_elements.box(k));
+      for (int k = 0; k < count; ++k)
+        hit[k] = ((reached.masks[k] & bit) == 0) & overlap(box, reached.boxes_of_elements.box(k));
       int found = 0;
-      for (int k = 0; k < count; ++k) hits[found] = k, found += hit[k];
-      for (int k = 0; k < found; ++k) {
-        std::array<int, n> corner;
-        for (std::size_t c = 0; c < n; ++c) corner[c] = corners[c][hits[k]];
-        const int b = elements[hits[k]];
-        if ((!same || b > a) && !shares(corner)) add_pair(pairs, {a, b});
-      }
+      for (int k = 0; k < count; ++k) hits[found] = elements[k], found += hit[k];
+      for (int k = 0; k < found; ++k) add_pair(pairs, {a, hits[k]});
     }
   }
 }
@@ -120,19 +115,8 @@ void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& lev
 }  // namespace
 
 void find_pairs(const Search& search, const SearchBoxes<Real>& boxes, ElementPairs& pairs) {
-  const auto& end = search.ends;
-  find<false>(
-      search.vertices, boxes.vertices, search.triangles, boxes.triangles, search.corners,
-      [&](int a) { return [vertex = a](const std::array<int, 3>& corner) { return is_corner(vertex, corner); }; },
-      pairs.point_triangle);
-  find<true>(
-      search.edges, boxes.edges, search.edges, boxes.edges, search.ends,
-      [&](int a) {
-        return [ends = std::array<int, 2>{end[0][a], end[1][a]}](const std::array<int, 2>& other) {
-          return share_end(ends, other);
-        };
-      },
-      pairs.edge_edge);
+  find(search.vertices, boxes.vertices, search.triangles, boxes.triangles, search.point_triangle, pairs.point_triangle);
+  find(search.edges, boxes.edges, search.edges, boxes.edges, search.edge_edge, pairs.edge_edge);
 }
 
 }  // namespace lockstep::production_cloth::serial
