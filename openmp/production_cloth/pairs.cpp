@@ -16,6 +16,7 @@
 #include "common/production_cloth/pairs.h"
 
 #include <array>
+#include <bit>
 #include <utility>
 
 #include "common/real.h"
@@ -32,23 +33,14 @@ using namespace spatial;
 using namespace spatial::openmp;
 using lockstep::openmp::Failure;
 
-// The boxes of active lanes, moved to the front.
-LOCKSTEP_INLINE Box<floatv> compress(maskv mask, const Box<floatv>& box) {
-  const auto moved = [=](const Vector3<floatv>& v) {
-    return Vector3<floatv>{compress(mask, v.x), compress(mask, v.y), compress(mask, v.z)};
-  };
-  return {moved(box.low), moved(box.high)};
-}
-
-// A tree, and its elements that one descent has reached, with their boxes and the masks of whom they are no partners
-// of. Scratch of one thread.
+// A tree, and those of its elements that one descent has reached, with the masks of whom they are no partners of;
+// then those that are someone's partners, with masks of whose. Scratch of one thread.
 struct Reached {
   const Levels& levels;
   const Bounds<Real>& boxes;
   const Barred& barred;
-  int count = 0, room = 0;
+  int count = 0;
   Array<std::int32_t> nodes = {}, above = {}, elements = {}, masks = {};
-  Bounds<Real> boxes_of_elements = {};
 
   Reached(const Levels& levels, const Bounds<Real>& boxes, const Barred& barred)
       : levels(levels), boxes(boxes), barred(barred) {
@@ -57,12 +49,7 @@ struct Reached {
   }
 
   // For `more` elements, and for sixteen that may be stored behind the last.
-  [[gnu::noinline]] void make_room(int more) {
-    const std::size_t with_padding = padded(2 * more) + lanes;
-    elements.resize(with_padding), masks.resize(with_padding);
-    boxes_of_elements.resize(static_cast<int>(with_padding));
-    room = 2 * more;
-  }
+  [[gnu::noinline]] void make_room(int more) { elements.resize(padded(2 * more)), masks.resize(padded(2 * more)); }
 
   // The elements that overlap the box of a node of the other tree, of nodes from `from` on, level by level.
   LOCKSTEP_INLINE void descend(int node, const Box<floatv>& box, int from, Failure& failure) {
@@ -80,25 +67,37 @@ struct Reached {
       }
     }
     const int reached = std::exchange(count, 0);
-    if (reached * tree_width > room) failure.guard([&] { make_room(reached * tree_width); });
+    if (padded(reached * tree_width) > elements.size()) failure.guard([&] { make_room(reached * tree_width); });
     if (failure.happened()) return;
     const int bars_nothing = barred.first[node + 1] - 1;
     for (int k = 0, row = barred.first[node]; k < reached; ++k) {
       while (barred.node[row] < nodes[k]) ++row;
       add(box, nodes[k], &barred.masks[tree_width * (barred.node[row] == nodes[k] ? row : bars_nothing)]);
     }
-    // What fills up the last sixteen overlaps nothing.
-    store_boxes(boxes_of_elements, count, in_all_lanes(empty_box<Real>));
   }
 
   LOCKSTEP_INLINE void add(const Box<floatv>& box, int node, const std::int32_t* masks_of_children) {
     const int child = node * tree_width;
-    const Box<floatv> box_of_child = load_boxes(boxes, child);
-    const maskv hit = overlap(box, box_of_child);
+    const maskv hit = overlap(box, load_boxes(boxes, child));
     store(&elements[count], compress(hit, lane_index() + child));
     store(&masks[count], compress(hit, load(masks_of_children)));
-    store_boxes(boxes_of_elements, count, compress(hit, box_of_child));
     count += lockstep::count(hit);
+  }
+
+  // Keeps those that are partners of some of sixteen elements with these boxes.
+  LOCKSTEP_INLINE void keep_partners(const Box<floatv>& sixteen) {
+    const Vector3<const float*> low = pointers(boxes.low), high = pointers(boxes.high);
+    std::int32_t *const element = elements.data(), *const mask = masks.data();
+    int kept = 0;
+    for (int k = 0; k < count; ++k) {
+      const int b = element[k];
+      const Box<floatv> box = {{low.x[b], low.y[b], low.z[b]}, {high.x[b], high.y[b], high.z[b]}};
+      const std::uint32_t partners = bits(overlap(sixteen, box)) & ~mask[k];
+      element[kept] = b, mask[kept] = static_cast<std::int32_t>(partners);
+      kept += partners != 0;
+    }
+    count = kept;
+    store(&mask[kept], intv(0));  // what fills up the last sixteen is nobody's partner
   }
 };
 
@@ -120,25 +119,22 @@ void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& lev
     Found& of_node = found[node];
     of_node.thread = omp_get_thread_num(), of_node.begin = mine.count;
     reached.descend(node, in_all_lanes(boxes_a.box(levels_a.first[1] + node)), same ? node : 0, *mine.failure);
-    // The loop below stores to lists. The compiler cannot know that this leaves these pointers as they are.
-    const Vector3<const float*> low = pointers(std::as_const(reached.boxes_of_elements.low)),
-                                high = pointers(std::as_const(reached.boxes_of_elements.high));
+    reached.keep_partners(load_boxes(boxes_a, node * tree_width));
+    std::int32_t *const begin = room_for(mine, tree_width * reached.count), *to = begin;
+    if (!begin) return;
     const std::int32_t *const elements = reached.elements.data(), *const masks = reached.masks.data();
-    for (int a = node * tree_width; a < std::min((node + 1) * tree_width, levels_a.elements); ++a) {
-      std::int32_t *const begin = room_for(mine, reached.count), *to = begin;
-      if (!begin) return;
-      const Box<floatv> box = in_all_lanes(boxes_a.box(a));
-      const intv bit = 1 << a % tree_width;
-      for (int k = 0; k < reached.count; k += lanes) {
-        const maskv may = (load(masks + k) & bit) == 0;
-        const maskv hit = may & overlap(box, Box<floatv>{load(low, k), load(high, k)});
+    const int count = reached.count;
+    for (int i = 0; i < tree_width; ++i) {
+      std::int32_t* const first = to;
+      for (int k = 0; k < count; k += lanes) {
+        const maskv hit = (load(masks + k) & (1 << i)) != 0;
         store(to, compress(hit, load(elements + k)));
         to += lockstep::count(hit);
       }
-      of_node.counts[a % tree_width] = static_cast<int>(to - begin);
-      mine.count += of_node.counts[a % tree_width];
+      of_node.counts[i] = static_cast<int>(to - first);
     }
-    of_node.count = mine.count - of_node.begin;
+    of_node.count = static_cast<int>(to - begin);
+    mine.count += of_node.count;
   });
 
   require_pairs_fit(count_pairs(lists), static_cast<double>(pairs.capacity()));
