@@ -1,14 +1,16 @@
 // The pairs of a cloth's elements whose boxes overlap: vertices meet the tree of triangles, edges meet their own tree.
 //
 // A node of sixteen elements descends the other tree as one: its neighbours on the cloth want the same nodes there.
-// What its box overlaps are others, in the order of their numbers; then each of the sixteen elements is tested against
-// those. So pairs come out in order, and each once: nothing is sorted, and no pair is found by way of two triangles,
-// as it would be in a tree of triangles alone (which for a cloth on a ball holds 8.7 times as many pairs).
+// What its box overlaps are others, in the order of their numbers; then each of those is tested against the sixteen
+// elements. So no pair is found by way of two triangles, as it would be in a tree of triangles alone (which for a cloth
+// on a ball holds 8.7 times as many pairs), and nothing is sorted.
 //
-// Two edges are found from the lesser one: a node descends from its own place on.
+// Two edges are found from the lesser one: a node descends from its own place on. Who has a common vertex is known in
+// advance (common/production_cloth/search.h).
 //
-// One instruction tests a box against sixteen: the children of a node, or elements that were reached, which are put
-// side by side. Most of them are near the whole node, so that nothing is gained by asking first who is near whom.
+// One instruction tests a box against sixteen: the children of a node; or the elements of the node that descends, whose
+// boxes stay in registers. The result is a mask of partners for each element reached. Bit i of these masks says who
+// the partners of the node's element i are, and lanes pack them, so that pairs are in order.
 // Threads take nodes as they come, and note where the pairs of each stand in their lists, and how many each element
 // has: that says what their first elements are. Then every node moves its pairs to where they belong.
 //

@@ -5,7 +5,8 @@
 // those. So pairs come out in order, and each once: nothing is sorted, and no pair is found by way of two triangles,
 // as it would be in a tree of triangles alone (which for a cloth on a ball holds 8.7 times as many pairs).
 //
-// Two edges are found from the lesser one: a node descends from its own place on.
+// Two edges are found from the lesser one: a node descends from its own place on. Who has a common vertex is known in
+// advance (common/production_cloth/search.h).
 //
 // Source: [ITJ07] on the broad phase. The contract stands in common/production_cloth/pairs.h.
 #include "common/production_cloth/pairs.h"
