@@ -24,19 +24,27 @@ using namespace spatial::openmp;
 
 static_assert(tree_width == lanes);
 
-struct alignas(32) Record {
-  float number[8];  // low, high
+// The boxes of vertices as records of eight numbers: low and high.
+struct VertexBoxes {
+  struct alignas(32) Record {
+    float number[8];
+  };
+  std::unique_ptr<Record[]> records;
+
+  explicit VertexBoxes(int n) : records(std::make_unique_for_overwrite<Record[]>(n)) {}
+
+  LOCKSTEP_INLINE Box<floatv> box(const std::int32_t* vertices) const {
+    const Records r = load_records(records[0].number, vertices);
+    return {{r.field[0], r.field[1], r.field[2]}, {r.field[3], r.field[4], r.field[5]}};
+  }
+  // Those of vertices i .. i + 15.
+  LOCKSTEP_INLINE void set(int i, const Box<floatv>& box) const {
+    alignas(64) std::int32_t place[lanes];
+    store(place, lane_index() + i);
+    store_records(records[0].number, place,
+                  {{box.low.x, box.low.y, box.low.z, box.high.x, box.high.y, box.high.z, 0.f, 0.f}});
+  }
 };
-
-LOCKSTEP_INLINE Records record_of(const Box<floatv>& box) {
-  return {{box.low.x, box.low.y, box.low.z, box.high.x, box.high.y, box.high.z, 0.f, 0.f}};
-}
-
-// The boxes of sixteen vertices.
-LOCKSTEP_INLINE Box<floatv> boxes_of(const Record* records, const std::int32_t* vertices) {
-  const Records r = load_records(records->number, vertices);
-  return {{r.field[0], r.field[1], r.field[2]}, {r.field[3], r.field[4], r.field[5]}};
-}
 
 // The box around the children of a node.
 Box<Real> box_of_node(const Levels& levels, const Bounds<Real>& boxes, int level, int node) {
@@ -71,8 +79,7 @@ void fit_nodes(const Levels& levels, Bounds<Real>& boxes) {
 void refit(const Search& search, const Vectors<Real>& start, const Vectors<Real>& end, Real margin,
            SearchBoxes<Real>& boxes) {
   boxes.resize(search);
-  const auto records = std::make_unique_for_overwrite<Record[]>(search.vertices.first[1]);
-  const Record* const of = records.get();
+  const VertexBoxes of(search.vertices.first[1]);
   const Vector3<const float*> p = pointers(start), q = pointers(end);
 #pragma omp parallel
   {
@@ -80,20 +87,18 @@ void refit(const Search& search, const Vectors<Real>& start, const Vectors<Real>
         search.vertices,
         [&](int i) {
           const Box<floatv> box = swept_box(load(p, i), load(q, i), margin);
-          alignas(64) std::int32_t place[lanes];
-          store(place, lane_index() + i);
-          store_records(records[0].number, place, record_of(box));
+          of.set(i, box);
           return box;
         },
         boxes.vertices);
     fit_elements(
-        search.edges, [&](int i) { return around(boxes_of(of, &search.ends[0][i]), boxes_of(of, &search.ends[1][i])); },
+        search.edges, [&](int i) { return around(of.box(&search.ends[0][i]), of.box(&search.ends[1][i])); },
         boxes.edges);
     fit_elements(
         search.triangles,
         [&](int i) {
           const auto& corner = search.corners;
-          return around(around(boxes_of(of, &corner[0][i]), boxes_of(of, &corner[1][i])), boxes_of(of, &corner[2][i]));
+          return around(around(of.box(&corner[0][i]), of.box(&corner[1][i])), of.box(&corner[2][i]));
         },
         boxes.triangles);
     fit_nodes(search.vertices, boxes.vertices);

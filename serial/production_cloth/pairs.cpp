@@ -22,15 +22,14 @@ namespace {
 
 using namespace spatial;
 
-// A tree, and its elements that one descent has reached, with their boxes and the masks of whom they are no partners
-// of.
+// A tree, and those of its elements that one descent has reached, with the masks of whom they are no partners of;
+// then those that are someone's partners, with masks of whose.
 struct Reached {
   const Levels& levels;
   const Bounds<Real>& boxes;
   const Barred& barred;
-  int count = 0, room = 0;
+  int count = 0;
   Array<std::int32_t> nodes = {}, above = {}, elements = {}, masks = {};
-  Bounds<Real> boxes_of_elements = {};
 
   Reached(const Levels& levels, const Bounds<Real>& boxes, const Barred& barred)
       : levels(levels), boxes(boxes), barred(barred) {
@@ -38,11 +37,8 @@ struct Reached {
     make_room(tree_width);
   }
 
-  // For `more` elements.
-  void make_room(int more) {
-    elements.resize(2 * more), masks.resize(2 * more), boxes_of_elements.resize(2 * more);
-    room = 2 * more;
-  }
+  // For `more` elements, and one that may be stored behind the last.
+  void make_room(int more) { elements.resize(padded(2 * more)), masks.resize(padded(2 * more)); }
 
   // The elements that overlap the box of a node of the other tree, of nodes from `from` on, level by level. What is
   // reached is stored, and the next stored over it if it does not overlap: no branch depends on the boxes.
@@ -60,7 +56,7 @@ struct Reached {
         }
     }
     const int reached = std::exchange(count, 0);
-    if (reached * tree_width > room) make_room(reached * tree_width);
+    if (padded(reached * tree_width) > elements.size()) make_room(reached * tree_width);
     const int bars_nothing = barred.first[node + 1] - 1;
     for (int k = 0, row = barred.first[node]; k < reached; ++k) {
       while (barred.node[row] < nodes[k]) ++row;
@@ -71,13 +67,33 @@ struct Reached {
   void add(const Box<Real>& box, int node, const std::int32_t* masks_of_children) {
     int count = this->count;  // which stays in a register
     for (int c = 0; c < tree_width; ++c) {
-      const Box<Real> box_of_child = boxes.box(node * tree_width + c);
-      const bool hit = overlap(box, box_of_child);
-      elements[count] = node * tree_width + c, masks[count] = masks_of_children[c];
-      boxes_of_elements.set(count, box_of_child);
+      const int child = node * tree_width + c;
+      const bool hit = overlap(box, boxes.box(child));
+      elements[count] = child, masks[count] = masks_of_children[c];
       count += hit;
     }
     this->count = count;
+  }
+
+  // Keeps those that are partners of some of sixteen elements with these boxes. The compiler makes vectors of the loop
+  // over the sixteen.
+  void keep_partners(const std::array<std::array<Real, tree_width>, 6>& sixteen) {
+    const auto& [low_x, low_y, low_z, high_x, high_y, high_z] = sixteen;
+    std::int32_t *const element = elements.data(), *const mask = masks.data();
+    int kept = 0;
+    for (int k = 0; k < count; ++k) {
+      const int b = element[k];
+      const Box<Real> box = boxes.box(b);
+      std::int32_t partners = 0;
+      for (int i = 0; i < tree_width; ++i) {
+        const Box<Real> of_a = {{low_x[i], low_y[i], low_z[i]}, {high_x[i], high_y[i], high_z[i]}};
+        partners |= overlap(of_a, box) << i;
+      }
+      partners &= ~mask[k];
+      element[kept] = b, mask[kept] = partners;
+      kept += partners != 0;
+    }
+    count = kept;
   }
 };
 
@@ -92,23 +108,24 @@ void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& lev
           const Barred& barred, Array<ElementPair>& pairs) {
   const bool same = &levels_a == &levels_b;
   Reached reached(levels_b, boxes_b, barred);
-  Array<std::int32_t> hit, hits;  // [k]: whether element k of those reached is a partner; [k]: who is
+  Array<std::int32_t> partners;
   pairs.clear();
   for (int node = 0; node < levels_a.nodes(); ++node) {
     reached.descend(node, boxes_a.box(levels_a.first[1] + node), same ? node : 0);
-    // The loops below store. The compiler cannot know that this leaves these as they are.
+    std::array<std::array<Real, tree_width>, 6> sixteen;
+    for (int i = 0; i < tree_width; ++i) {
+      const Box<Real> box = boxes_a.box(node * tree_width + i);
+      sixteen[0][i] = box.low.x, sixteen[1][i] = box.low.y, sixteen[2][i] = box.low.z;
+      sixteen[3][i] = box.high.x, sixteen[4][i] = box.high.y, sixteen[5][i] = box.high.z;
+    }
+    reached.keep_partners(sixteen);
+    const std::int32_t *const elements = reached.elements.data(), *const masks = reached.masks.data();
     const int count = reached.count;
-    const std::int32_t* const elements = reached.elements.data();
-    hit.resize(reached.room), hits.resize(reached.room);
-    for (int a = node * tree_width; a < std::min((node + 1) * tree_width, levels_a.elements); ++a) {
-      const Box<Real> box = boxes_a.box(a);
-      const int bit = 1 << a % tree_width;
-      // The compiler makes vectors of the first loop, and the second has no branch that depends on the boxes.
-      for (int k = 0; k < count; ++k)
-        hit[k] = ((reached.masks[k] & bit) == 0) & overlap(box, reached.boxes_of_elements.box(k));
+    partners.resize(count + 1);
+    for (int i = 0; i < tree_width; ++i) {
       int found = 0;
-      for (int k = 0; k < count; ++k) hits[found] = elements[k], found += hit[k];
-      for (int k = 0; k < found; ++k) add_pair(pairs, {a, hits[k]});
+      for (int k = 0; k < count; ++k) partners[found] = elements[k], found += masks[k] >> i & 1;
+      for (int k = 0; k < found; ++k) add_pair(pairs, {node * tree_width + i, partners[k]});
     }
   }
 }
