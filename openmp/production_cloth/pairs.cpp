@@ -86,16 +86,16 @@ struct Reached {
     count += lockstep::count(hit);
   }
 
-  // Keeps those that are partners of some of sixteen elements with these boxes.
-  LOCKSTEP_INLINE void keep_partners(const Box<floatv>& sixteen) {
-    const Vector3<const float*> low = pointers(boxes.low), high = pointers(boxes.high);
+  // Keeps those that are partners of some of sixteen elements from the first on.
+  LOCKSTEP_INLINE void keep_partners(const Bounds<Real>& boxes_a, int first) {
+    const Box<floatv> sixteen = load_boxes(boxes_a, first);
     std::int32_t *const element = elements.data(), *const mask = masks.data();
     int kept = 0;
     for (int k = 0; k < count; ++k) {
       const int b = element[k];
-      const Box<floatv> box = {{low.x[b], low.y[b], low.z[b]}, {high.x[b], high.y[b], high.z[b]}};
-      const std::uint32_t partners = bits(overlap(sixteen, box)) & ~mask[k];
-      element[kept] = b, mask[kept] = static_cast<std::int32_t>(partners);
+      const Box<Real> box = boxes.box(b);
+      const int partners = static_cast<int>(bits(overlap(sixteen, box))) & ~mask[k];
+      element[kept] = b, mask[kept] = partners;
       kept += partners != 0;
     }
     count = kept;
@@ -121,7 +121,7 @@ void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& lev
     Found& of_node = found[node];
     of_node.thread = omp_get_thread_num(), of_node.begin = mine.count;
     reached.descend(node, in_all_lanes(boxes_a.box(levels_a.first[1] + node)), same ? node : 0, *mine.failure);
-    reached.keep_partners(load_boxes(boxes_a, node * tree_width));
+    reached.keep_partners(boxes_a, node * tree_width);
     std::int32_t *const begin = room_for(mine, tree_width * reached.count), *to = begin;
     if (!begin) return;
     const std::int32_t *const elements = reached.elements.data(), *const masks = reached.masks.data();

@@ -75,20 +75,16 @@ struct Reached {
     this->count = count;
   }
 
-  // Keeps those that are partners of some of sixteen elements with these boxes. The compiler makes vectors of the loop
+  // Keeps those that are partners of some of sixteen elements from the first on. The compiler makes vectors of the loop
   // over the sixteen.
-  void keep_partners(const std::array<std::array<Real, tree_width>, 6>& sixteen) {
-    const auto& [low_x, low_y, low_z, high_x, high_y, high_z] = sixteen;
+  void keep_partners(const Bounds<Real>& boxes_a, int first) {
     std::int32_t *const element = elements.data(), *const mask = masks.data();
     int kept = 0;
     for (int k = 0; k < count; ++k) {
       const int b = element[k];
       const Box<Real> box = boxes.box(b);
-      std::int32_t partners = 0;
-      for (int i = 0; i < tree_width; ++i) {
-        const Box<Real> of_a = {{low_x[i], low_y[i], low_z[i]}, {high_x[i], high_y[i], high_z[i]}};
-        partners |= overlap(of_a, box) << i;
-      }
+      int partners = 0;
+      for (int i = 0; i < tree_width; ++i) partners |= overlap(boxes_a.box(first + i), box) << i;
       partners &= ~mask[k];
       element[kept] = b, mask[kept] = partners;
       kept += partners != 0;
@@ -112,13 +108,7 @@ void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& lev
   pairs.clear();
   for (int node = 0; node < levels_a.nodes(); ++node) {
     reached.descend(node, boxes_a.box(levels_a.first[1] + node), same ? node : 0);
-    std::array<std::array<Real, tree_width>, 6> sixteen;
-    for (int i = 0; i < tree_width; ++i) {
-      const Box<Real> box = boxes_a.box(node * tree_width + i);
-      sixteen[0][i] = box.low.x, sixteen[1][i] = box.low.y, sixteen[2][i] = box.low.z;
-      sixteen[3][i] = box.high.x, sixteen[4][i] = box.high.y, sixteen[5][i] = box.high.z;
-    }
-    reached.keep_partners(sixteen);
+    reached.keep_partners(boxes_a, node * tree_width);
     const std::int32_t *const elements = reached.elements.data(), *const masks = reached.masks.data();
     const int count = reached.count;
     partners.resize(count + 1);
