@@ -25,16 +25,4 @@ namespace openmp {
 FindPairs<float> find_pairs;
 }  // namespace openmp
 
-// --- Formulas; of a number or of lanes
-
-// Whether a vertex is a corner of a triangle, or two edges have a common end; of lanes, a mask.
-template <class A, class B>
-inline auto is_corner(const A& vertex, const std::array<B, 3>& corner) {
-  return (corner[0] == vertex) | (corner[1] == vertex) | (corner[2] == vertex);
-}
-template <class A, class B>
-inline auto share_end(const std::array<A, 2>& a, const std::array<B, 2>& b) {
-  return (b[0] == a[0]) | (b[0] == a[1]) | (b[1] == a[0]) | (b[1] == a[1]);
-}
-
 }  // namespace lockstep::production_cloth

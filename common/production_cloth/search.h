@@ -9,11 +9,15 @@
 // boxes to whole nodes, so that a node is always sixteen boxes side by side (common/spatial/tree.h has a picture).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include "common/arrays.h"
+#include "common/counting_sort.h"
 #include "common/production_cloth/topology.h"
 #include "common/spatial/bounds.h"
 #include "common/spatial/tree.h"
@@ -45,27 +49,76 @@ inline Levels make_levels(int elements) {
   return levels;
 }
 
+// Which elements of a tree B are no partners of those of a tree A, wherever they are: those with a common vertex; and
+// in one tree, so that a pair is found once, those that are not greater. For each node of A, sixteen elements, there is
+// a row of masks for each node of B that has such elements; in one tree, from the node's own place on.
+struct Barred {
+  std::vector<int> first;          // [node of A]: its first row; one more entry, where the last one's end
+  std::vector<std::int32_t> node;  // [row]: of B, ascending; then INT32_MAX: the last row of each bars nothing
+  Array<std::int32_t> masks;       // [16 row + j], bit i: 16 A's node + i and 16 B's node + j are no pair
+};
+
+template <std::size_t m, std::size_t n>
+Barred make_barred(int vertices, int elements_a, const std::array<Array<std::int32_t>, m>& corners_a, int elements_b,
+                   const std::array<Array<std::int32_t>, n>& corners_b, bool same) {
+  std::vector<std::int32_t> begin, at(n * elements_b);  // [begin[v]]: the elements of B at vertex v
+  stable_counting_sort(
+      vertices,
+      [&](const auto& visit) {
+        for (int b = 0; b < elements_b; ++b)
+          for (const auto& corner : corners_b) visit(b, corner[b]);
+      },
+      [&](int b, int place) { at[place] = b; }, begin);
+  Barred barred;
+  std::vector<std::pair<int, int>> pairs;  // (b, a)
+  for (int first_a = 0; first_a < elements_a; first_a += tree_width) {
+    pairs.clear();
+    for (int a = first_a; a < std::min(first_a + tree_width, elements_a); ++a) {
+      for (const auto& corner : corners_a)
+        for (int k = begin[corner[a]]; k < begin[corner[a] + 1]; ++k)
+          if (!same || at[k] > a) pairs.push_back({at[k], a});
+      for (int b = first_a; same && b <= a; ++b) pairs.push_back({b, a});
+    }
+    std::ranges::sort(pairs);
+    barred.first.push_back(static_cast<int>(barred.node.size()));
+    const auto add_row = [&](int node) {
+      barred.node.push_back(node);
+      barred.masks.insert(barred.masks.end(), tree_width, 0);
+    };
+    for (const auto& [b, a] : pairs) {
+      if (barred.node.size() == static_cast<std::size_t>(barred.first.back()) || barred.node.back() != b / tree_width)
+        add_row(b / tree_width);
+      barred.masks[barred.masks.size() - tree_width + b % tree_width] |= 1 << a % tree_width;
+    }
+    add_row(INT32_MAX);
+  }
+  barred.first.push_back(static_cast<int>(barred.node.size()));
+  return barred;
+}
+
 // What the search needs of a topology, made once. Arrays are padded to whole nodes.
 struct Search {
   Levels vertices, edges, triangles;
-  std::array<Array<std::int32_t>, 2> ends;     // [k][edge]
-  std::array<Array<std::int32_t>, 3> corners;  // [k][triangle]
+  std::array<Array<std::int32_t>, 2> ends;     // of edges
+  std::array<Array<std::int32_t>, 3> corners;  // of triangles
+  Barred point_triangle, edge_edge;
 };
 
 inline Search make_search(const Topology& topology) {
-  Search search = {make_levels(topology.vertices),
-                   make_levels(static_cast<int>(topology.edges.size())),
-                   make_levels(static_cast<int>(topology.triangles.size())),
-                   {},
-                   {}};
+  const int edges = static_cast<int>(topology.edges.size()), triangles = static_cast<int>(topology.triangles.size());
+  Search search = {make_levels(topology.vertices), make_levels(edges), make_levels(triangles), {}, {}, {}, {}};
   for (int k = 0; k < 2; ++k) {
-    search.ends[k].resize(padded(topology.edges.size()));
-    for (std::size_t e = 0; e < topology.edges.size(); ++e) search.ends[k][e] = topology.edges[e][k];
+    search.ends[k].resize(padded(edges));
+    for (int e = 0; e < edges; ++e) search.ends[k][e] = topology.edges[e][k];
   }
   for (int k = 0; k < 3; ++k) {
-    search.corners[k].resize(padded(topology.triangles.size()));
-    for (std::size_t t = 0; t < topology.triangles.size(); ++t) search.corners[k][t] = topology.corners(t)[k];
+    search.corners[k].resize(padded(triangles));
+    for (int t = 0; t < triangles; ++t) search.corners[k][t] = topology.corners(t)[k];
   }
+  std::array<Array<std::int32_t>, 1> points = {Array<std::int32_t>(topology.vertices)};
+  std::iota(points[0].begin(), points[0].end(), 0);
+  search.point_triangle = make_barred(topology.vertices, topology.vertices, points, triangles, search.corners, false);
+  search.edge_edge = make_barred(topology.vertices, edges, search.ends, edges, search.ends, true);
   return search;
 }
 

@@ -1,14 +1,16 @@
 // The pairs of a cloth's elements whose boxes overlap: vertices meet the tree of triangles, edges meet their own tree.
 //
 // A node of sixteen elements descends the other tree as one: its neighbours on the cloth want the same nodes there.
-// What its box overlaps are others, in the order of their numbers; then each of the sixteen elements is tested against
-// those. So pairs come out in order, and each once: nothing is sorted, and no pair is found by way of two triangles,
-// as it would be in a tree of triangles alone (which for a cloth on a ball holds 8.7 times as many pairs).
+// What its box overlaps are others, in the order of their numbers; then each of those is tested against the sixteen
+// elements. So no pair is found by way of two triangles, as it would be in a tree of triangles alone (which for a cloth
+// on a ball holds 8.7 times as many pairs), and nothing is sorted.
 //
-// Two edges are found from the lesser one: a node descends from its own place on.
+// Two edges are found from the lesser one: a node descends from its own place on. Who has a common vertex is known in
+// advance (common/production_cloth/search.h).
 //
-// One instruction tests a box against sixteen: the children of a node, or elements that were reached, which are put
-// side by side. Most of them are near the whole node, so that nothing is gained by asking first who is near whom.
+// One instruction tests a box against sixteen: the children of a node; or the elements of the node that descends, whose
+// boxes stay in registers. The result is a mask of partners for each element reached. Bit i of these masks says who
+// the partners of the node's element i are, and lanes pack them, so that pairs are in order.
 // Threads take nodes as they come, and note where the pairs of each stand in their lists, and how many each element
 // has: that says what their first elements are. Then every node moves its pairs to where they belong.
 //
@@ -16,6 +18,7 @@
 #include "common/production_cloth/pairs.h"
 
 #include <array>
+#include <bit>
 #include <utility>
 
 #include "common/real.h"
@@ -32,41 +35,26 @@ using namespace spatial;
 using namespace spatial::openmp;
 using lockstep::openmp::Failure;
 
-// The boxes of active lanes, moved to the front.
-LOCKSTEP_INLINE Box<floatv> compress(maskv mask, const Box<floatv>& box) {
-  const auto moved = [=](const Vector3<floatv>& v) {
-    return Vector3<floatv>{compress(mask, v.x), compress(mask, v.y), compress(mask, v.z)};
-  };
-  return {moved(box.low), moved(box.high)};
-}
-
-// A tree, and its elements that one descent has reached, with their boxes and vertices. Scratch of one thread.
-template <std::size_t n>
+// A tree, and those of its elements that one descent has reached, with the masks of whom they are no partners of;
+// then those that are someone's partners, with masks of whose. Scratch of one thread.
 struct Reached {
   const Levels& levels;
   const Bounds<Real>& boxes;
-  const std::array<Array<std::int32_t>, n>& corners;
-  int count = 0, room = 0;
-  Array<std::int32_t> nodes = {}, above = {}, elements = {};
-  Bounds<Real> boxes_of_elements = {};
-  std::array<Array<std::int32_t>, n> corners_of_elements = {};
+  const Barred& barred;
+  int count = 0;
+  Array<std::int32_t> nodes = {}, above = {}, elements = {}, masks = {};
 
-  Reached(const Levels& levels, const Bounds<Real>& boxes, const std::array<Array<std::int32_t>, n>& corners)
-      : levels(levels), boxes(boxes), corners(corners) {
+  Reached(const Levels& levels, const Bounds<Real>& boxes, const Barred& barred)
+      : levels(levels), boxes(boxes), barred(barred) {
     nodes.resize(padded(levels.nodes())), above.resize(padded(levels.nodes()));
     make_room(tree_width);
   }
 
   // For `more` elements, and for sixteen that may be stored behind the last.
-  [[gnu::noinline]] void make_room(int more) {
-    const std::size_t with_padding = padded(2 * more) + lanes;
-    elements.resize(with_padding), boxes_of_elements.resize(static_cast<int>(with_padding));
-    for (Array<std::int32_t>& corner : corners_of_elements) corner.resize(with_padding);
-    room = 2 * more;
-  }
+  [[gnu::noinline]] void make_room(int more) { elements.resize(padded(2 * more)), masks.resize(padded(2 * more)); }
 
-  // The elements that overlap the box, of nodes from `from` on, level by level.
-  LOCKSTEP_INLINE void descend(const Box<floatv>& box, int from, Failure& failure) {
+  // The elements that overlap the box of a node of the other tree, of nodes from `from` on, level by level.
+  LOCKSTEP_INLINE void descend(int node, const Box<floatv>& box, int from, Failure& failure) {
     nodes[0] = 0, count = 1;
     for (int level = levels.last(); level >= 1; --level) {
       nodes.swap(above);
@@ -81,21 +69,37 @@ struct Reached {
       }
     }
     const int reached = std::exchange(count, 0);
-    if (reached * tree_width > room) failure.guard([&] { make_room(reached * tree_width); });
+    if (padded(reached * tree_width) > elements.size()) failure.guard([&] { make_room(reached * tree_width); });
     if (failure.happened()) return;
-    for (int k = 0; k < reached; ++k) add(box, nodes[k]);
-    // What fills up the last sixteen overlaps nothing.
-    store_boxes(boxes_of_elements, count, in_all_lanes(empty_box<Real>));
+    const int bars_nothing = barred.first[node + 1] - 1;
+    for (int k = 0, row = barred.first[node]; k < reached; ++k) {
+      while (barred.node[row] < nodes[k]) ++row;
+      add(box, nodes[k], &barred.masks[tree_width * (barred.node[row] == nodes[k] ? row : bars_nothing)]);
+    }
   }
 
-  LOCKSTEP_INLINE void add(const Box<floatv>& box, int node) {
+  LOCKSTEP_INLINE void add(const Box<floatv>& box, int node, const std::int32_t* masks_of_children) {
     const int child = node * tree_width;
-    const Box<floatv> box_of_child = load_boxes(boxes, child);
-    const maskv hit = overlap(box, box_of_child);
+    const maskv hit = overlap(box, load_boxes(boxes, child));
     store(&elements[count], compress(hit, lane_index() + child));
-    store_boxes(boxes_of_elements, count, compress(hit, box_of_child));
-    for (std::size_t c = 0; c < n; ++c) store(&corners_of_elements[c][count], compress(hit, load(&corners[c][child])));
+    store(&masks[count], compress(hit, load(masks_of_children)));
     count += lockstep::count(hit);
+  }
+
+  // Keeps those that are partners of some of sixteen elements from the first on.
+  LOCKSTEP_INLINE void keep_partners(const Bounds<Real>& boxes_a, int first) {
+    const Box<floatv> sixteen = load_boxes(boxes_a, first);
+    std::int32_t *const element = elements.data(), *const mask = masks.data();
+    int kept = 0;
+    for (int k = 0; k < count; ++k) {
+      const int b = element[k];
+      const Box<Real> box = boxes.box(b);
+      const int partners = static_cast<int>(bits(overlap(sixteen, box))) & ~mask[k];
+      element[kept] = b, mask[kept] = partners;
+      kept += partners != 0;
+    }
+    count = kept;
+    store(&mask[kept], intv(0));  // what fills up the last sixteen is nobody's partner
   }
 };
 
@@ -105,43 +109,34 @@ struct Found {
   std::array<std::int32_t, tree_width> counts = {};
 };
 
-// Finds the pairs of elements of two trees. Elements of the same tree are found once: a < b. share(a)(corner): whether
-// they have a common vertex.
-template <bool same, std::size_t n, class Share>
+// Finds the pairs of elements of two trees, or of one.
 void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& levels_b, const Bounds<Real>& boxes_b,
-          const std::array<Array<std::int32_t>, n>& corners_b, const Share& share, Array<ElementPair>& pairs) {
-  std::vector<Reached<n>> of_threads(omp_get_max_threads(), Reached<n>(levels_b, boxes_b, corners_b));
+          const Barred& barred, Array<ElementPair>& pairs) {
+  const bool same = &levels_a == &levels_b;
+  std::vector<Reached> of_threads(omp_get_max_threads(), Reached(levels_b, boxes_b, barred));
   std::vector<Found> found(levels_a.nodes());
 
   const std::vector<PairList>& lists = collect(levels_a.nodes(), 4, [&](int node, PairList& mine) {
-    Reached<n>& reached = of_threads[omp_get_thread_num()];
+    Reached& reached = of_threads[omp_get_thread_num()];
     Found& of_node = found[node];
     of_node.thread = omp_get_thread_num(), of_node.begin = mine.count;
-    reached.descend(in_all_lanes(boxes_a.box(levels_a.first[1] + node)), same ? node : 0, *mine.failure);
-    // The loop below stores to lists. The compiler cannot know that this leaves these pointers as they are.
-    const Vector3<const float*> low = pointers(std::as_const(reached.boxes_of_elements.low)),
-                                high = pointers(std::as_const(reached.boxes_of_elements.high));
-    const std::int32_t* const elements = reached.elements.data();
-    std::array<const std::int32_t*, n> corners;
-    for (std::size_t c = 0; c < n; ++c) corners[c] = reached.corners_of_elements[c].data();
-    for (int a = node * tree_width; a < std::min((node + 1) * tree_width, levels_a.elements); ++a) {
-      std::int32_t *const begin = room_for(mine, reached.count), *to = begin;
-      if (!begin) return;
-      const Box<floatv> box = in_all_lanes(boxes_a.box(a));
-      const auto shares = share(a);
-      for (int k = 0; k < reached.count; k += lanes) {
-        std::array<intv, n> corner;
-        for (std::size_t c = 0; c < n; ++c) corner[c] = load(corners[c] + k);
-        const intv b = load(elements + k);
-        const maskv hit = overlap(box, Box<floatv>{load(low, k), load(high, k)});
-        const maskv once = (same ? hit & (b > a) : hit) & !shares(corner);
-        store(to, compress(once, b));
-        to += lockstep::count(once);
+    reached.descend(node, in_all_lanes(boxes_a.box(levels_a.first[1] + node)), same ? node : 0, *mine.failure);
+    reached.keep_partners(boxes_a, node * tree_width);
+    std::int32_t *const begin = room_for(mine, tree_width * reached.count), *to = begin;
+    if (!begin) return;
+    const std::int32_t *const elements = reached.elements.data(), *const masks = reached.masks.data();
+    const int count = reached.count;
+    for (int i = 0; i < tree_width; ++i) {
+      std::int32_t* const first = to;
+      for (int k = 0; k < count; k += lanes) {
+        const maskv hit = (load(masks + k) & (1 << i)) != 0;
+        store(to, compress(hit, load(elements + k)));
+        to += lockstep::count(hit);
       }
-      of_node.counts[a % tree_width] = static_cast<int>(to - begin);
-      mine.count += of_node.counts[a % tree_width];
+      of_node.counts[i] = static_cast<int>(to - first);
     }
-    of_node.count = mine.count - of_node.begin;
+    of_node.count = static_cast<int>(to - begin);
+    mine.count += of_node.count;
   });
 
   require_pairs_fit(count_pairs(lists), static_cast<double>(pairs.capacity()));
@@ -162,21 +157,8 @@ void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& lev
 }  // namespace
 
 void find_pairs(const Search& search, const SearchBoxes<Real>& boxes, ElementPairs& pairs) {
-  const auto& end = search.ends;
-  find<false>(
-      search.vertices, boxes.vertices, search.triangles, boxes.triangles, search.corners,
-      [&](int a) {
-        return [vertex = intv(a)](const std::array<intv, 3>& corner) { return is_corner(vertex, corner); };
-      },
-      pairs.point_triangle);
-  find<true>(
-      search.edges, boxes.edges, search.edges, boxes.edges, search.ends,
-      [&](int a) {
-        return [ends = std::array<intv, 2>{end[0][a], end[1][a]}](const std::array<intv, 2>& other) {
-          return share_end(ends, other);
-        };
-      },
-      pairs.edge_edge);
+  find(search.vertices, boxes.vertices, search.triangles, boxes.triangles, search.point_triangle, pairs.point_triangle);
+  find(search.edges, boxes.edges, search.edges, boxes.edges, search.edge_edge, pairs.edge_edge);
 }
 
 }  // namespace lockstep::production_cloth::openmp

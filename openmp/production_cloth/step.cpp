@@ -105,14 +105,24 @@ Real farthest(int vertices, const Vectors<Real>& end, const Vectors<Real>& predi
   return most;
 }
 
-// The pairs of which a vertex has moved.
-template <class CornersOf>
-void keep_moved(const Topology& topology, const Array<ElementPair>& pairs, const Array<std::int32_t>& has_moved,
-                const CornersOf& corners_of, Array<ElementPair>& kept) {
-  const auto moved_of = [&](const ElementPair& pair) {
-    const std::array<std::int32_t, 4> corner = corners_of(topology, pair);
-    return has_moved[corner[0]] | has_moved[corner[1]] | has_moved[corner[2]] | has_moved[corner[3]];
-  };
+// Whether a vertex of each element has moved.
+template <std::size_t n>
+Array<std::int32_t> any_moved(int elements, const std::array<Array<std::int32_t>, n>& corners,
+                              const Array<std::int32_t>& has_moved) {
+  Array<std::int32_t> moved(padded(elements));
+  // An element is one iteration's.
+#pragma omp parallel for schedule(static)
+  for (int i = 0; i < elements; i += lanes) {
+    intv any = 0;
+    for (const auto& corner : corners) any = any | gather(has_moved.data(), load(&corner[i]));
+    store(&moved[i], any);
+  }
+  return moved;
+}
+
+// The pairs of which a vertex has moved: one of a's, or one of b's.
+void keep_moved(const Array<ElementPair>& pairs, const Array<std::int32_t>& a_moved, const Array<std::int32_t>& b_moved,
+                Array<ElementPair>& kept) {
   const int count = static_cast<int>(pairs.size());
   lockstep::openmp::Compaction moved(count);
   // A chunk's pairs are one thread's.
@@ -120,7 +130,8 @@ void keep_moved(const Topology& topology, const Array<ElementPair>& pairs, const
   for (int chunk = 0; chunk < moved.chunks(); ++chunk)
     moved.for_each_sixteen(chunk, [&](int i) {
       std::uint32_t which = 0;
-      for (int l = 0; l < std::min(lanes, count - i); ++l) which |= std::uint32_t(moved_of(pairs[i + l])) << l;
+      for (int l = 0; l < std::min(lanes, count - i); ++l)
+        which |= std::uint32_t(a_moved[pairs[i + l].a] | b_moved[pairs[i + l].b]) << l;
       moved.choose(i, lanes_of(which));
     });
   kept.resize(moved.add_up());
@@ -132,10 +143,12 @@ void keep_moved(const Topology& topology, const Array<ElementPair>& pairs, const
       for (std::uint32_t set = moved.which(i); set != 0; set &= set - 1) kept[to++] = pairs[i + std::countr_zero(set)];
     });
 }
-void keep_moved(const Topology& topology, const ElementPairs& pairs, const Array<std::int32_t>& has_moved,
+void keep_moved(const Search& search, const ElementPairs& pairs, const Array<std::int32_t>& has_moved,
                 ElementPairs& kept) {
-  keep_moved(topology, pairs.point_triangle, has_moved, corners_of_point_triangle, kept.point_triangle);
-  keep_moved(topology, pairs.edge_edge, has_moved, corners_of_edge_edge, kept.edge_edge);
+  const Array<std::int32_t> edges = any_moved(search.edges.elements, search.ends, has_moved);
+  const Array<std::int32_t> triangles = any_moved(search.triangles.elements, search.corners, has_moved);
+  keep_moved(pairs.point_triangle, has_moved, triangles, kept.point_triangle);
+  keep_moved(pairs.edge_edge, edges, edges, kept.edge_edge);
 }
 
 // --- Modules
@@ -199,7 +212,7 @@ void step(const Cloth<Real>& cloth, const Forms& forms, const Script<Real>& scri
     }
     if (before_find == Module::zones)
       mark(memory.collide.zones, memory.has_moved), mark(memory.collide.inelastic.zones, memory.has_moved);
-    if (before_find != Module::collide_bodies) keep_moved(cloth.topology, memory.pairs, memory.has_moved, memory.again);
+    if (before_find != Module::collide_bodies) keep_moved(cloth.search, memory.pairs, memory.has_moved, memory.again);
     ccd(cloth.topology, before_find == Module::collide_bodies ? memory.pairs : memory.again, from, to, memory.ccd,
         impacts);
     std::ranges::fill(memory.has_moved, 0);

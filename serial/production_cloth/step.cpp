@@ -89,20 +89,29 @@ Real farthest(int vertices, const Vectors<Real>& end, const Vectors<Real>& predi
   return most;
 }
 
-// The pairs of which a vertex has moved.
-template <class CornersOf>
-void keep_moved(const Topology& topology, const Array<ElementPair>& pairs, const Array<std::int32_t>& has_moved,
-                const CornersOf& corners_of, Array<ElementPair>& kept) {
-  kept.clear();
-  for (const ElementPair& pair : pairs) {
-    const std::array<std::int32_t, 4> corner = corners_of(topology, pair);
-    if (has_moved[corner[0]] | has_moved[corner[1]] | has_moved[corner[2]] | has_moved[corner[3]]) kept.push_back(pair);
-  }
+// Whether a vertex of each element has moved.
+template <std::size_t n>
+Array<std::int32_t> any_moved(int elements, const std::array<Array<std::int32_t>, n>& corners,
+                              const Array<std::int32_t>& has_moved) {
+  Array<std::int32_t> moved(elements);
+  for (int i = 0; i < elements; ++i)
+    for (const auto& corner : corners) moved[i] |= has_moved[corner[i]];
+  return moved;
 }
-void keep_moved(const Topology& topology, const ElementPairs& pairs, const Array<std::int32_t>& has_moved,
+
+// The pairs of which a vertex has moved: one of a's, or one of b's.
+void keep_moved(const Array<ElementPair>& pairs, const Array<std::int32_t>& a_moved, const Array<std::int32_t>& b_moved,
+                Array<ElementPair>& kept) {
+  kept.clear();
+  for (const ElementPair& pair : pairs)
+    if (a_moved[pair.a] | b_moved[pair.b]) kept.push_back(pair);
+}
+void keep_moved(const Search& search, const ElementPairs& pairs, const Array<std::int32_t>& has_moved,
                 ElementPairs& kept) {
-  keep_moved(topology, pairs.point_triangle, has_moved, corners_of_point_triangle, kept.point_triangle);
-  keep_moved(topology, pairs.edge_edge, has_moved, corners_of_edge_edge, kept.edge_edge);
+  const Array<std::int32_t> edges = any_moved(search.edges.elements, search.ends, has_moved);
+  const Array<std::int32_t> triangles = any_moved(search.triangles.elements, search.corners, has_moved);
+  keep_moved(pairs.point_triangle, has_moved, triangles, kept.point_triangle);
+  keep_moved(pairs.edge_edge, edges, edges, kept.edge_edge);
 }
 
 // --- Modules
@@ -166,7 +175,7 @@ void step(const Cloth<Real>& cloth, const Forms& forms, const Script<Real>& scri
     }
     if (before_find == Module::zones)
       mark(memory.collide.zones, memory.has_moved), mark(memory.collide.inelastic.zones, memory.has_moved);
-    if (before_find != Module::collide_bodies) keep_moved(cloth.topology, memory.pairs, memory.has_moved, memory.again);
+    if (before_find != Module::collide_bodies) keep_moved(cloth.search, memory.pairs, memory.has_moved, memory.again);
     ccd(cloth.topology, before_find == Module::collide_bodies ? memory.pairs : memory.again, from, to, impacts);
     std::ranges::fill(memory.has_moved, 0);
     done(Module::ccd);
