@@ -20,10 +20,15 @@ inline constexpr std::size_t array_alignment = 64;  // one cache line, one AVX-5
 inline constexpr std::size_t large_block = 1 << 20;
 inline void (*on_large_block)(char* block, std::size_t bytes) = nullptr;
 
-// A loop through a large array waits for an address at each page of 4 KB. So large blocks are whole pages of 2 MB, and
-// the system is asked for such. If it has none, or is set to give none (transparent_hugepage/enabled: never), the pages
-// are ordinary ones.
-inline constexpr std::size_t large_page = 2 << 20;
+// A loop through a large array waits for an address at each page of 4 KB. So the system is asked for pages of 2 MB
+// where large blocks are. If it has none, or is set to give none (transparent_hugepage/enabled: never), pages are
+// ordinary ones. Blocks are not aligned to such pages: the heap would not find room for them in what others left.
+inline void ask_for_large_pages(const char* block, std::size_t bytes) {
+  constexpr std::uintptr_t page = 2 << 20;
+  const auto address = reinterpret_cast<std::uintptr_t>(block);
+  const std::uintptr_t begin = address / page * page, end = (address + bytes + page - 1) / page * page;
+  madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);  // advice: a failure changes nothing
+}
 
 // The system places large blocks at page boundaries. If twenty arrays of particles all began there, their elements of
 // one index would compete for the same few sets of the first-level cache (rebuild_grid took 28 % of a frame of 100K
@@ -41,23 +46,17 @@ struct AlignedAllocator {
     // As in the standard library's allocator; half of it, since the lines in front must fit, too.
     if (n > std::numeric_limits<std::ptrdiff_t>::max() / sizeof(T) / 2) throw std::bad_array_new_length();
     const std::size_t bytes = lines_in * array_alignment + n * sizeof(T);
-    char* block;
-    if (bytes < large_block) {
-      block = static_cast<char*>(::operator new (bytes, std::align_val_t{array_alignment}));
-    } else {
-      const std::size_t whole_pages = (bytes + large_page - 1) / large_page * large_page;
-      block = static_cast<char*>(::operator new (whole_pages, std::align_val_t{large_page}));
-      madvise(block, whole_pages, MADV_HUGEPAGE);  // advice: a failure changes nothing
+    char* block = static_cast<char*>(::operator new (bytes, std::align_val_t{array_alignment}));
+    if (bytes >= large_block) {
+      ask_for_large_pages(block, bytes);
       if (on_large_block) on_large_block(block, bytes);
     }
     void** array = reinterpret_cast<void**>(block + lines_in * array_alignment);
     array[-1] = block;  // for deallocate
     return reinterpret_cast<T*>(array);
   }
-  void deallocate(T* array, std::size_t n) {
-    char* const block = static_cast<char*>(reinterpret_cast<void**>(array)[-1]);
-    const bool is_large = reinterpret_cast<char*>(array + n) - block >= std::ptrdiff_t{large_block};
-    ::operator delete (block, std::align_val_t{is_large ? large_page : array_alignment});
+  void deallocate(T* array, std::size_t) {
+    ::operator delete (reinterpret_cast<void**>(array)[-1], std::align_val_t{array_alignment});
   }
   bool operator==(const AlignedAllocator&) const = default;
 };
