@@ -18,13 +18,13 @@
 #include <atomic>
 #include <bit>
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include "common/levelset/field.h"
 #include "common/real.h"
 #include "common/simd.h"
 #include "openmp/failure.h"
+#include "openmp/large_pages.h"
 
 namespace lockstep::production_fluid::openmp {
 namespace {
@@ -258,10 +258,8 @@ void extrapolate(const Fluid<Real>& fluid, Real distance, Faces<Real>& faces) {
   Sought sought[] = {Sought(faces.u), Sought(faces.v), Sought(faces.w)};
   find_sought(fluid, lines, distance, component, sought);
   const std::size_t size = std::max({faces.u.value.size(), faces.v.value.size(), faces.w.value.size()});
-  // Few pages of these are ever touched.
-  const auto distances = std::make_unique_for_overwrite<Real[]>(size);
-  const auto links = std::make_unique_for_overwrite<std::int32_t[]>(size);
-  const Band band = {distances.get(), links.get(), {}};
+  const LargePages distances(size), links(size);
+  const Band band = {distances.floats(), reinterpret_cast<std::int32_t*>(links.floats()), {}};
   for (int axis = 0; axis < 3; ++axis) continue_component(fluid, lines, axis, sought[axis], *component[axis], band);
 }
 
