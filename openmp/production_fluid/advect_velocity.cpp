@@ -50,18 +50,15 @@ constexpr auto at_w = [](const Faces<Real>& faces, int x, int y, int z) -> Vecto
 // `advected` get 0.
 Bricks bricks_to_trace(const Faces<Real>& faces, std::initializer_list<Faces<Real>*> advected) {
   Bricks bricks(faces.v.nx, faces.u.ny, faces.u.nz);
-  const CommonValues values(faces.u.ny, faces.u.nz, bricks.along_x(), [&](int y, int z, int k) {
-    for (const Field<Real>* component : {&faces.u, &faces.v, &faces.w})
-      if (y < component->ny && z < component->nz && common_value(*component, y, z, k) != 0)
-        return std::numeric_limits<Real>::quiet_NaN();
-    return Real(0);
-  });
+  const auto is_zero = [](const Real& speed) { return speed == 0; };
+  const struct { CommonValues u, v, w; } values = {CommonValues(faces.u), CommonValues(faces.v), CommonValues(faces.w)};
   // A row writes its own faces, and the marks of its own bricks.
 #pragma omp parallel for schedule(static)
   for (int row = 0; row < bricks.rows(); ++row)
     for (int k = 0; k < bricks.along_x(); ++k) {
-      const Box brick = bricks.brick(row, k);
-      if (!values.all_are(0, brick, k)) continue;
+      const Box brick = bricks.brick(row, k), near = around(brick);
+      if (!all_in(values.u, near, is_zero) || !all_in(values.v, near, is_zero) || !all_in(values.w, near, is_zero))
+        continue;
       bricks.settle(row, k);
       for (Faces<Real>* to : advected)
         for (Field<Real>* component : {&to->u, &to->v, &to->w}) fill(*component, brick, Real(0));
