@@ -50,13 +50,14 @@ constexpr auto at_w = [](const Faces<Real>& faces, int x, int y, int z) -> Vecto
 // `advected` get 0.
 Bricks bricks_to_trace(const Faces<Real>& faces, std::initializer_list<Faces<Real>*> advected) {
   Bricks bricks(faces.v.nx, faces.u.ny, faces.u.nz);
-  const auto is_zero = [](const floatv& speed) { return speed == 0; };
+  const auto is_zero = [](const Real& speed) { return speed == 0; };
+  const struct { CommonValues u, v, w; } values = {CommonValues(faces.u), CommonValues(faces.v), CommonValues(faces.w)};
   // A row writes its own faces, and the marks of its own bricks.
 #pragma omp parallel for schedule(static)
   for (int row = 0; row < bricks.rows(); ++row)
     for (int k = 0; k < bricks.along_x(); ++k) {
       const Box brick = bricks.brick(row, k), near = around(brick);
-      if (!all_in(faces.u, near, is_zero) || !all_in(faces.v, near, is_zero) || !all_in(faces.w, near, is_zero))
+      if (!all_in(values.u, near, is_zero) || !all_in(values.v, near, is_zero) || !all_in(values.w, near, is_zero))
         continue;
       bricks.settle(row, k);
       for (Faces<Real>* to : advected)

@@ -1,7 +1,8 @@
 // Continues the liquid's velocity into the air.
 //
 // The algorithm and its serial form stand in serial/production_fluid/extrapolate.cpp. Nothing is sorted: a face needs
-// its nearer neighbours to be done, and no other order. Each face near the liquid counts how many of them it waits for.
+// its nearer neighbours to be done, and no other order. Each face that is sought counts how many of them it waits for;
+// those that are known from the start are done.
 // The thread that completes a face takes one off the count of each farther neighbour, and where that was the last,
 // works on that neighbour next. So threads meet at no barrier while they visit faces, however long the chain from face
 // to face: on a surface that slopes a little, it is as long as the box, and levels of faces with a barrier behind each
@@ -13,8 +14,10 @@
 #include "common/production_fluid/extrapolate.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
-#include <memory>
+#include <bit>
+#include <cstdint>
 #include <vector>
 
 #include "common/levelset/field.h"
@@ -29,59 +32,103 @@ namespace {
 using namespace lockstep::openmp;
 using levelset::far;
 
-// The links of a face near the liquid, as bits: one for each nearer neighbour; one for each that is farther, but near
-// enough to be waiting; whether the face is known from the start; and the number of nearer neighbours that it waits
-// for.
-constexpr int nearer_bit = 0, farther_bit = 6, known_bit = 12, waits_bit = 13;
+// The faces of a component that are sought: unknown from the start, and near enough. A bit a face, a word for each
+// vector of sixteen; one more word behind each line, and lines around the box, are 0.
+class Sought {
+ public:
+  explicit Sought(const Field<Real>& velocity)
+      : vectors_(velocity.nx / lanes + 2),
+        lines_(velocity.ny + 2),
+        words_(std::size_t(vectors_) * lines_ * (velocity.nz + 2) + 1) {}
+  std::uint16_t* line(int y, int z) { return &words_[(std::size_t(lines_) * (z + 1) + y + 1) * vectors_ + 1]; }
+  const std::uint16_t* line(int y, int z) const { return const_cast<Sought&>(*this).line(y, z); }
 
-// Of a component, each in the order of its field. A face whose distance is between 0 and the one asked for is in the
-// band and has links, known or not.
+ private:
+  int vectors_, lines_;
+  std::vector<std::uint16_t> words_;
+};
+
+// The lines of a component's words beside a line: itself, and those along -y, +y, -z and +z.
+struct Words {
+  const std::uint16_t *here, *low_y, *high_y, *low_z, *high_z;
+
+  Words(const Sought& sought, int y, int z)
+      : here(sought.line(y, z)),
+        low_y(sought.line(y - 1, z)),
+        high_y(sought.line(y + 1, z)),
+        low_z(sought.line(y, z - 1)),
+        high_z(sought.line(y, z + 1)) {}
+  // Whether one of vector v's faces is sought, or may be beside one that is.
+  bool any_near(int v) const {
+    return (here[v - 1] | here[v] | here[v + 1] | low_y[v] | high_y[v] | low_z[v] | high_z[v]) != 0;
+  }
+  // Which of the neighbours of vector v's faces are sought, in the order of a face's links.
+  std::array<maskv, 6> beside(int v) const {
+    const std::uint32_t before = std::uint32_t(here[v]) << 1 | here[v - 1] >> (lanes - 1),
+                        behind = here[v] >> 1 | std::uint32_t(here[v + 1]) << (lanes - 1);
+    return {lanes_of(before & 0xffff), lanes_of(behind & 0xffff), lanes_of(low_y[v]),
+            lanes_of(high_y[v]),       lanes_of(low_z[v]),        lanes_of(high_z[v])};
+  }
+};
+
+// The links of a face that is sought, as bits: one for each nearer neighbour; one for each that is farther and waits;
+// and the number of nearer neighbours that it waits for.
+constexpr int nearer_bit = 0, farther_bit = 6, waits_bit = 12;
+
+// Of a component, each in the order of its field. Only near faces that are sought is anything written.
 struct Band {
   Real* distance;  // from the liquid; far of faces that turn out unknown, and beyond the ends of a line
   std::int32_t* links;
   std::vector<std::vector<std::int32_t>> free;  // [z]: faces that wait for nothing
 };
 
-// Finds the distances of a line of faces, and sets the velocity of those too far away to 0.
-void find_known(const Beside<Real>& line, int count, Real distance, Real* of_faces, Real* velocity) {
+// Finds the faces of a line that are sought, and sets the velocity of those too far away to 0.
+void find_sought(const Beside<Real>& line, int count, Real distance, Real* velocity, std::uint16_t* sought) {
   const auto& [a, b] = line;
-  of_faces[-1] = far<Real>;
-  for (int x = 0; x <= count; x += lanes) {  // with one beyond
-    const maskv in_line = first_lanes(count - x);
+  for (int x = 0; x < count; x += lanes) {
     const floatv phi_a = load(&a.phi[x]), solid_a = load(&a.solid[x]);
     const floatv phi_b = load(&b.phi[x]), solid_b = load(&b.solid[x]);
-    const floatv of_face = distance_of_face(phi_a, solid_a, phi_b, solid_b);
-    store(&of_faces[x], select(in_line, of_face, far<Real>));
-    const maskv known = is_known(phi_a, solid_a, phi_b, solid_b), beyond = in_line & ~known & (of_face > distance);
+    const maskv unknown = first_lanes(count - x) & ~is_known(phi_a, solid_a, phi_b, solid_b);
+    if (none(unknown)) continue;
+    const maskv near = distance_of_face(phi_a, solid_a, phi_b, solid_b) <= distance, beyond = unknown & ~near;
+    sought[x / lanes] = static_cast<std::uint16_t>(bits(unknown & near));
     // Most are 0 already: lines of the cache that are not written need not go back to memory.
     if (any(beyond & (bits_of(load(&velocity[x])) != intv(0)))) store(&velocity[x], 0.f, beyond);
   }
 }
 
+// Finds the distances of a line's faces, where one that is sought may need them.
+void find_distances(const Beside<Real>& line, int count, const Words& words, Real* of_faces) {
+  const auto& [a, b] = line;
+  if (words.here[0] != 0) of_faces[-1] = far<Real>;
+  for (int x = 0; x <= count; x += lanes) {  // with one beyond
+    if (!words.any_near(x / lanes)) continue;
+    const floatv of_face = distance_of_face(load(&a.phi[x]), load(&a.solid[x]), load(&b.phi[x]), load(&b.solid[x]));
+    store(&of_faces[x], select(first_lanes(count - x), of_face, far<Real>));
+  }
+}
+
 // Makes the links of a line of faces; calls free(x) for those that wait for nothing. `nothing` is a line of `far`.
 template <class Free>
-void link(const Beside<Real>& line, const Field<Real>& velocity, int y, int z, Real distance, const Real* nothing,
-          const Band& band, const Free& free) {
+void link(const Words& words, const Field<Real>& velocity, int y, int z, const Real* nothing, const Band& band,
+          const Free& free) {
   const auto at = [&](int y, int z) -> const Real* {
     if (y < 0 || y >= velocity.ny || z < 0 || z >= velocity.nz) return nothing;
     return band.distance + velocity.index(0, y, z);
   };
   const Real* const here = at(y, z);
   const Real* const beside[] = {here - 1, here + 1, at(y - 1, z), at(y + 1, z), at(y, z - 1), at(y, z + 1)};
-  const auto in_band = [&](floatv of_face) { return (of_face > 0.f) & (of_face <= distance); };
   for (int x = 0; x < velocity.nx; x += lanes) {
+    if (words.here[x / lanes] == 0) continue;
+    const maskv linked = lanes_of(words.here[x / lanes]);
+    const std::array<maskv, 6> sought = words.beside(x / lanes);
     const floatv of_face = load(&here[x]);
-    const maskv linked = first_lanes(velocity.nx - x) & in_band(of_face);
-    if (none(linked)) continue;
-    const auto& [a, b] = line;
-    const maskv known = is_known(load(&a.phi[x]), load(&a.solid[x]), load(&b.phi[x]), load(&b.solid[x]));
-    intv links = select(known, intv(1 << known_bit), intv(0));
+    intv links(0);
     for (int n = 0; n < 6; ++n) {
       const floatv other = load(&beside[n][x]);
-      const maskv waits = in_band(other);
       where(other < of_face, links) |= intv(1 << (nearer_bit + n));
-      where(waits & (other < of_face), links) += intv(1 << waits_bit);
-      where(waits & (other > of_face), links) |= intv(1 << (farther_bit + n));
+      where(sought[n] & (other < of_face), links) += intv(1 << waits_bit);
+      where(sought[n] & (other > of_face), links) |= intv(1 << (farther_bit + n));
     }
     store(band.links + velocity.index(x, y, z), links, linked);
     const maskv waits_for_nothing = linked & (links < intv(1 << waits_bit));
@@ -89,31 +136,44 @@ void link(const Beside<Real>& line, const Field<Real>& velocity, int y, int z, R
   }
 }
 
-// Computes up to sixteen faces that wait for nothing. Neighbours are read only if they are nearer, which is to say
-// done: another thread may be at work on the others.
-void complete(const Band& band, const std::int32_t (&step)[6], const std::int32_t* face, int count,
-              Field<Real>& velocity) {
-  const maskv there = first_lanes(count);
-  const intv at = load(face, there), links = gather(band.links, at, there);
-  const floatv of_face = gather(band.distance, at, there);
+// Computes up to sixteen faces that wait for nothing. load_at(p, step, mask) loads elements of an array, `step` away
+// from those of the faces. Neighbours are read only if they are nearer, which is to say done: another thread may be at
+// work on the others.
+template <class LoadAt>
+void complete(const Band& band, const std::int32_t (&step)[6], const std::int32_t* face, maskv there,
+              const LoadAt& load_at, Field<Real>& velocity) {
+  const intv links = load_at(band.links, 0, there);
+  const floatv of_face = load_at(band.distance, 0, there);
   const auto neighbour = [&](int n) -> Neighbour<floatv> {
     const maskv nearer = there & ((links & intv(1 << (nearer_bit + n))) != intv(0));
-    const intv index = at + intv(step[n]);
-    return {select(nearer, gather(band.distance, index, nearer), far<Real>),
-            gather(velocity.value.data(), index, nearer)};
+    return {select(nearer, load_at(band.distance, step[n], nearer), far<Real>),
+            load_at(velocity.value.data(), step[n], nearer)};
   };
   Continued<floatv> result;
   for (int axis = 0; axis < 3; ++axis) add_axis(of_face, neighbour(2 * axis), neighbour(2 * axis + 1), result);
-  const maskv sought = there & ((links & intv(1 << known_bit)) == intv(0));
   Real found[lanes];
   store(found, result.velocity);
-  for (std::uint32_t rest = bits(sought); rest != 0; rest &= rest - 1) {
+  for (std::uint32_t rest = bits(there); rest != 0; rest &= rest - 1) {
     const int l = std::countr_zero(rest);
     velocity.value[face[l]] = found[l];  // 0 where no axis counts
   }
-  const std::uint32_t unknown = bits(sought & ~(result.weight > 0.f));
+  const std::uint32_t unknown = bits(there & ~(result.weight > 0.f));
   for (std::uint32_t rest = unknown; rest != 0; rest &= rest - 1)
     band.distance[face[std::countr_zero(rest)]] = far<Real>;
+}
+
+// The same. Where faces stand side by side, loads take the place of gathers, which are many times as slow.
+void complete(const Band& band, const std::int32_t (&step)[6], const std::int32_t* face, int count,
+              Field<Real>& velocity) {
+  const maskv there = first_lanes(count);
+  const intv at = load(face, there);
+  if (none(there & (at != face[0] + lane_index())))
+    complete(
+        band, step, face, there, [&](auto* p, int away, maskv mask) { return load(p + face[0] + away, mask); },
+        velocity);
+  else
+    complete(
+        band, step, face, there, [&](auto* p, int away, maskv mask) { return gather(p, at + away, mask); }, velocity);
 }
 
 // Takes one off the number of faces that a face waits for; returns whether that was the last. Each thread releases what
@@ -143,7 +203,22 @@ void visit(const Band& band, const std::int32_t (&step)[6], std::vector<std::int
   }
 }
 
-void continue_component(const Fluid<Real>& fluid, const Lines<Real>& lines, int axis, Real distance,
+// Finds the faces that are sought, of all components at once: they read the same cells.
+void find_sought(const Fluid<Real>& fluid, const Lines<Real>& lines, Real distance, Field<Real>* const (&component)[3],
+                 Sought (&sought)[3]) {
+  // A line writes its own velocities and words.
+#pragma omp parallel for collapse(2) schedule(static)
+  for (int z = 0; z <= fluid.nz; ++z)
+    for (int y = 0; y <= fluid.ny; ++y)
+      for (int axis = 0; axis < 3; ++axis) {
+        Field<Real>& velocity = *component[axis];
+        if (y < velocity.ny && z < velocity.nz)
+          find_sought(beside(fluid, lines, axis, y, z), velocity.nx, distance, &velocity(0, y, z),
+                      sought[axis].line(y, z));
+      }
+}
+
+void continue_component(const Fluid<Real>& fluid, const Lines<Real>& lines, int axis, const Sought& sought,
                         Field<Real>& velocity, Band band) {
   const int planes = velocity.nz, along_y = velocity.pitch, along_z = velocity.pitch * velocity.ny;
   const std::int32_t step[] = {-1, 1, -along_y, along_y, -along_z, along_z};
@@ -152,18 +227,18 @@ void continue_component(const Fluid<Real>& fluid, const Lines<Real>& lines, int 
   Failure failure;
 #pragma omp parallel
   {
-    // A line writes its own distances and velocities.
+    // A line writes its own distances.
 #pragma omp for collapse(2) schedule(static)
     for (int z = 0; z < planes; ++z)
       for (int y = 0; y < velocity.ny; ++y)
-        find_known(beside(fluid, lines, axis, y, z), velocity.nx, distance, band.distance + velocity.index(0, y, z),
-                   &velocity(0, y, z));
+        find_distances(beside(fluid, lines, axis, y, z), velocity.nx, Words(sought, y, z),
+                       band.distance + velocity.index(0, y, z));
         // A plane writes its own links and list, and reads distances, which are done.
 #pragma omp for schedule(static)
     for (int z = 0; z < planes; ++z)
       failure.guard([&] {
         for (int y = 0; y < velocity.ny; ++y)
-          link(beside(fluid, lines, axis, y, z), velocity, y, z, distance, nothing.data(), band,
+          link(Words(sought, y, z), velocity, y, z, nothing.data(), band,
                [&](int x) { band.free[z].push_back(static_cast<std::int32_t>(velocity.index(x, y, z))); });
       });
       // A face is worked on by one thread, after all faces that it reads: by the one with its plane's list or, by an
@@ -179,14 +254,13 @@ void continue_component(const Fluid<Real>& fluid, const Lines<Real>& lines, int 
 
 void extrapolate(const Fluid<Real>& fluid, Real distance, Faces<Real>& faces) {
   const Lines<Real> lines(fluid);
+  Field<Real>* const component[] = {&faces.u, &faces.v, &faces.w};
+  Sought sought[] = {Sought(faces.u), Sought(faces.v), Sought(faces.w)};
+  find_sought(fluid, lines, distance, component, sought);
   const std::size_t size = std::max({faces.u.value.size(), faces.v.value.size(), faces.w.value.size()});
-  const LargePages distances(size);
-  // Few pages of the links are ever touched.
-  const auto links = std::make_unique_for_overwrite<std::int32_t[]>(size);
-  const Band band = {distances.floats(), links.get(), {}};
-  continue_component(fluid, lines, 0, distance, faces.u, band);
-  continue_component(fluid, lines, 1, distance, faces.v, band);
-  continue_component(fluid, lines, 2, distance, faces.w, band);
+  const LargePages distances(size), links(size);
+  const Band band = {distances.floats(), reinterpret_cast<std::int32_t*>(links.floats()), {}};
+  for (int axis = 0; axis < 3; ++axis) continue_component(fluid, lines, axis, sought[axis], *component[axis], band);
 }
 
 }  // namespace lockstep::production_fluid::openmp
