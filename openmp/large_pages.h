@@ -1,11 +1,11 @@
 // Memory in large pages: with ordinary ones, touching a large array for the first time costs a page fault every 4 KB.
 #pragma once
 
-#include <sys/mman.h>
-
 #include <cstddef>
 #include <cstdlib>
 #include <new>
+
+#include "common/array.h"
 
 namespace lockstep::openmp {
 
@@ -17,7 +17,7 @@ class LargePages {
     const std::size_t bytes = (floats * sizeof(float) + large_page) / large_page * large_page;
     memory_ = std::aligned_alloc(large_page, bytes);
     if (!memory_) throw std::bad_alloc();
-    madvise(memory_, bytes, MADV_HUGEPAGE);
+    ask_for_large_pages(static_cast<char*>(memory_), bytes);
   }
   ~LargePages() { std::free(memory_); }
   LargePages(const LargePages&) = delete;

@@ -118,7 +118,8 @@ inline Slope<V> slope_of(const Cubic<V>& f) {
 template <class V>
 inline V root_between(const Cubic<V>& f, const Slope<V>& slope, V left, V right, V at_left, MaskOf<V> open) {
   constexpr int most_rounds = 100;
-  const MaskOf<V> rises = at_left<V(0.f), falls = at_left> V(0.f);
+  const MaskOf<V> rises = V(0.f) > at_left;
+  const MaskOf<V> falls = at_left > V(0.f);
   V t = V(.5f) * (left + right), last = right - left;
   for (int round = 0; round < most_rounds && any(open); ++round) {
     const V value = value_at(f, t);

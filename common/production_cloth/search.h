@@ -2,7 +2,7 @@
 //
 // Elements stand in the order of their numbers, which follow a Morton curve on the cloth at rest (load_scene): what is
 // near in number is near on the cloth, and stays so however the cloth folds. So a tree is never sorted, its topology
-// follows from how many elements there are, and pairs come out in order. Other numberings are as correct, but slower.
+// follows from how many elements there are, and pairs come out in order. Other numberings are as correct.
 //
 // Level 0 has the boxes of the elements. Box i of each further level is the smallest around boxes 16 i .. 16 i + 15 of
 // the level below. The last level is at least level 1, and has sixteen boxes at most. Each level is padded with empty

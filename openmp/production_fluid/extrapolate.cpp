@@ -40,10 +40,12 @@ class Sought {
       : vectors_(velocity.nx / lanes + 2),
         lines_(velocity.ny + 2),
         words_(std::size_t(vectors_) * lines_ * (velocity.nz + 2) + 1) {}
-  std::uint16_t* line(int y, int z) { return &words_[(std::size_t(lines_) * (z + 1) + y + 1) * vectors_ + 1]; }
-  const std::uint16_t* line(int y, int z) const { return const_cast<Sought&>(*this).line(y, z); }
+  std::uint16_t* line(int y, int z) { return &words_[place(y, z)]; }
+  const std::uint16_t* line(int y, int z) const { return &words_[place(y, z)]; }
 
  private:
+  std::size_t place(int y, int z) const { return (std::size_t(lines_) * (z + 1) + y + 1) * vectors_ + 1; }
+
   int vectors_, lines_;
   std::vector<std::uint16_t> words_;
 };

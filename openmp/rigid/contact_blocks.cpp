@@ -126,7 +126,7 @@ void contact_blocks(std::span<const Manifold<Real>> manifolds, std::span<const s
   std::vector<Block> made(most_blocks);
 
   // A body, contact or block belongs to one thread in each loop; barriers stand between one thread's writing and
-  // another's reading. Blocks share no body that moves, so the open groups of a body are those of its block's thread.
+  // another's reading. Each thread has its own open groups.
 #pragma omp parallel
   {
     memory.bounds[omp_get_thread_num()] = read_contacts(manifolds, body, bodies, memory);
