@@ -1,8 +1,8 @@
 // The fields of modelled rows, and the scaling model with costs of another machine.
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -15,11 +15,15 @@ namespace {
 using Json = nlohmann::json;
 using verify::Model;
 
-const Model ours = {
-    {.fork_join = {100, 800}, .barrier = {50, 300}, .lock_moved = 20, .dispatch = {5, 40}, .bytes_per_ns = 30},
-    /*last_level_cache_bytes=*/1e6,
-    /*clock_cost_ns=*/10,
-    /*turns_per_ns=*/1};
+const Model ours = {{.fork_join = {100, 800},
+                     .barrier = {50, 300},
+                     .waking = {},
+                     .lock_moved = 20,
+                     .dispatch = {5, 40},
+                     .bytes_per_ns = 30},
+                    /*last_level_cache_bytes=*/1e6,
+                    /*clock_cost_ns=*/10,
+                    /*turns_per_ns=*/1};
 
 TEST(ScaleGiven, ReplacesWhatIsNamedAndNothingElse) {
   const auto before = verify::describe(ours);

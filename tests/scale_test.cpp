@@ -175,6 +175,62 @@ TEST(scale, what_is_computed_is_what_that_many_threads_compute) {
   EXPECT_EQ(std::set(by.begin(), by.end()).size(), 64u);
 }
 
+// Of records of the same work, each of which was disturbed elsewhere.
+TEST(scale, each_stretch_takes_the_least_of_its_times) {
+  int disturbed = 0;
+  const auto work = [&] {
+    spend(disturbed == 0 ? 300 : 100);
+#pragma omp parallel
+    {
+      spend(omp_get_thread_num() == disturbed ? 50 : 10);
+#pragma omp for schedule(dynamic)
+      for (int i = 0; i < 16; ++i) spend(i == 3 * disturbed ? 70 : 10);
+    }
+  };
+  const auto modelled = [&](std::vector<int> disturbances) {
+    Records records;
+    for (const int thread : disturbances) {
+      disturbed = thread;
+      records.add(record(8, work, test_clock, 0, Locks::noted));
+    }
+    return replay(records.least(), free_of_charge, 0);
+  };
+  EXPECT_EQ(modelled({8}).total, 100 + 10 + 20);  // no thread and no chunk has this number
+  EXPECT_EQ(modelled({0}).total, 300 + 10 + 70);
+  EXPECT_EQ(modelled({1}).total, 100 + 10 + 70);
+  // In all as much work as in the least disturbed record.
+  const Replayed two = modelled({1, 2});
+  EXPECT_DOUBLE_EQ(two.work, 100 + 8 * 10 + 40 + 16 * 10 + 60);
+  EXPECT_DOUBLE_EQ(two.total, (100 + 10 + 20) * (two.work / (two.work - 100)));
+  EXPECT_EQ(modelled({1, 2, 8}).total, 100 + 10 + 20);
+}
+
+// Threads that race divide their work as it comes. The least of each stretch would lack what another thread did.
+TEST(scale, no_work_is_lost_that_another_thread_does) {
+  int busy = 0;
+  const auto work = [&] {
+#pragma omp parallel
+    spend(omp_get_thread_num() == busy ? 80 : 10);
+  };
+  Records records;
+  for (busy = 0; busy < 8; ++busy) records.add(record(8, work, test_clock, 0, Locks::noted));
+  EXPECT_DOUBLE_EQ(replay(records.least(), free_of_charge, 0).work, 80 + 7 * 10);
+  // A single is known: where another thread executes it, stretches are not compared.
+  const auto single = [&] {
+#pragma omp parallel
+    {
+      spend(omp_get_thread_num() == busy ? 0 : 10);
+#pragma omp for schedule(dynamic) nowait
+      for (int i = 0; i < 1; ++i) spend(10);
+#pragma omp single nowait
+      spend(80);
+    }
+  };
+  Records singles;
+  for (busy = 0; busy < 2; ++busy) singles.add(record(2, single, test_clock, 0, Locks::noted));
+  EXPECT_DOUBLE_EQ(replay(singles.least(), free_of_charge, 0).total, 90);
+}
+
 // A call to the runtime that record_wraps.cpp does not wrap would go unseen by the model.
 TEST(scale, every_call_to_the_runtime_is_known) {
   std::ifstream makefile("Makefile");

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include "verify/recorder.h"
@@ -34,25 +36,100 @@ Record record(int cores, const std::function<void()>& work, double (*clock)(), d
 }
 
 bool has_locks(const Record& record) {
+  bool found = false;
   for (const Region& region : record.regions)
-    for (const std::vector<Event>& events : region)
-      if (std::ranges::find(events, Event::lock, &Event::kind) != events.end()) return true;
-  return false;
+    for_each_list(region, [&](const Events& events) {
+      found = found || std::ranges::find(events, Event::lock, &Event::kind) != events.end();
+    });
+  return found;
 }
 
-void fit(Record& noted, const Record& whole) {
-  const auto work_of = [](const std::vector<Event>& member) {
-    double ns = 0;
-    for (const Event& event : member) ns += event.ns;
-    return ns;
+namespace {
+
+double work_of(const Events& events) {
+  double ns = 0;
+  for (const Event& event : events) ns += event.ns;
+  return ns;
+}
+double work_of(const Region& region) {
+  double ns = 0;
+  for_each_list(region, [&](const Events& events) { ns += work_of(events); });
+  return ns;
+}
+double work_of(const Record& record) {
+  double ns = std::accumulate(record.serial_ns.begin(), record.serial_ns.end(), 0.);
+  for (const Region& region : record.regions) ns += work_of(region);
+  return ns;
+}
+
+void scale(Events& events, double factor) {
+  for (Event& event : events) event.ns *= factor;
+}
+
+// Calls f(events of a, events of b) for all lists, as far as both regions have them.
+template <class A, class B, class F>
+void for_each_list_of_both(A& a, B& b, const F& f) {
+  std::vector<decltype(a.members.data())> of_a;
+  for_each_list(a, [&](auto& events) { of_a.push_back(&events); });
+  std::size_t k = 0;
+  for_each_list(b, [&](auto& events) {
+    if (k < of_a.size()) f(*of_a[k++], events);
+  });
+}
+
+// Whether threads and chunks do the same things in the same order, for however long.
+bool are_alike(const Region& a, const Region& b) {
+  const auto sizes = [](const Region& region) {
+    std::vector<std::size_t> all = {region.members.size()};
+    for (const auto& loop : region.chunks) all.push_back(loop.size());
+    return all;
   };
+  bool alike = sizes(a) == sizes(b);
+  const auto same = [](const Event& x, const Event& y) { return x.kind == y.kind && x.value == y.value; };
+  for_each_list_of_both(a, b,
+                        [&](const Events& x, const Events& y) { alike = alike && std::ranges::equal(x, y, same); });
+  return alike;
+}
+
+}  // namespace
+
+void fit(Record& noted, const Record& whole) {
   for (std::size_t r = 0; r < noted.regions.size(); ++r)
-    for (std::size_t m = 0; m < noted.regions[r].size(); ++m) {
-      std::vector<Event>& member = noted.regions[r][m];
-      const double had = work_of(member), has = work_of(whole.regions[r][m]);
-      if (had == 0) continue;
-      for (Event& event : member) event.ns *= has / had;
-    }
+    for_each_list_of_both(noted.regions[r], whole.regions[r], [](Events& events, const Events& has) {
+      if (const double had = work_of(events); had > 0) scale(events, work_of(has) / had);
+    });
+}
+
+void Records::add(Record record) {
+  const double work_ns = work_of(record);
+  const bool is_first = spread_.serial_ns.empty();
+  // Kernels that threads race in may take another number of rounds each time.
+  if (is_first || record.regions.size() != spread_.regions.size()) {
+    if (is_first || work_ns < work_ns_) spread_ = std::move(record), work_ns_ = work_ns;
+    return;
+  }
+  work_ns_ = std::min(work_ns_, work_ns);
+  for (std::size_t k = 0; k < record.serial_ns.size(); ++k)
+    spread_.serial_ns[k] = std::min(spread_.serial_ns[k], record.serial_ns[k]);
+  for (std::size_t r = 0; r < record.regions.size(); ++r) {
+    Region &least = spread_.regions[r], &region = record.regions[r];
+    if (are_alike(least, region))
+      for_each_list_of_both(least, region, [](Events& events, const Events& others) {
+        for (std::size_t k = 0; k < events.size(); ++k) events[k].ns = std::min(events[k].ns, others[k].ns);
+      });
+    else if (work_of(region) < work_of(least))
+      least = std::move(region);
+  }
+}
+
+Record Records::least() const {
+  Record record = spread_;
+  const double spread_ns = work_of(record);
+  if (spread_ns == 0) return record;
+  const double factor = work_ns_ / spread_ns;
+  for (double& ns : record.serial_ns) ns *= factor;
+  for (Region& region : record.regions) for_each_list(region, [&](Events& events) { scale(events, factor); });
+  return record;
 }
 
 }  // namespace lockstep::verify

@@ -20,14 +20,27 @@
 namespace lockstep::verify {
 
 struct Event {
-  enum Kind { work, lock, unlock, dispatch, barrier, post, await } kind;
+  enum Kind { work, lock, unlock, dispatch, single, barrier, post, await } kind;
   double ns = 0;               // work: its duration
-  const void* what = nullptr;  // lock, unlock: the lock; dispatch: the loop; post, await: the flag
-  int value = 0;               // post, await: of the flag
+  const void* what = nullptr;  // lock, unlock: the lock; post, await: the flag
+  int value = 0;               // dispatch: the loop; single: whether this thread executes it; post, await: of the flag
+};
+using Events = std::vector<Event>;
+
+// A region ends with its last thread. Chunks of dynamic loops belong to whoever fetches them: a thread that meets
+// `dispatch` goes on with the next chunk of that loop until none is left.
+struct Region {
+  std::vector<Events> members;              // [thread]: its own, in order
+  std::vector<std::vector<Events>> chunks;  // [loop][chunk]; a list of sections and a single count as loops
 };
 
-// The events of each thread in one region, in order. The region ends with its last thread.
-using Region = std::vector<std::vector<Event>>;
+// Calls f(events) for each thread's own, then for each chunk's.
+template <class R, class F>
+void for_each_list(R& region, const F& f) {
+  for (auto& events : region.members) f(events);
+  for (auto& loop : region.chunks)
+    for (auto& events : loop) f(events);
+}
 
 struct Record {
   int cores;
@@ -43,10 +56,24 @@ Record record(int cores, const std::function<void()>& work, double (*clock)(), d
 
 bool has_locks(const Record& record);
 
-// Scales what each thread of `noted` works in a region to what it works in `whole`, a record of the same work with
+// Scales what each thread and each chunk of `noted` works to what it works in `whole`, a record of the same work with
 // Locks::left_out. Reading the clock at each of a million locks takes time that cannot be separated from the kernel's
 // own, because the processor overlaps the two. So `noted` says how the work is spread over the locks, and `whole` says
 // how much work there is.
 void fit(Record& noted, const Record& whole);
+
+// Several records of the same work. Other work on the machine only adds time, here to one stretch and there to another;
+// on many cores, each of which has few stretches, one that was disturbed holds up all. So each stretch takes the least
+// of its times. That says how the work is spread. How much there is in all says the record with the least work: also
+// where threads that race divide their work differently each time, none is lost.
+class Records {
+ public:
+  void add(Record record);
+  Record least() const;  // of at least one
+
+ private:
+  Record spread_;
+  double work_ns_ = 0;
+};
 
 }  // namespace lockstep::verify

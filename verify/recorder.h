@@ -52,7 +52,9 @@ struct Member {
   enum { ready, waiting, awaiting, done } state;  // waiting at a barrier, awaiting a flag
   double worked;       // ns of work in this region; after a barrier, the largest of all members
   std::size_t shared;  // number of loops, sections and singles met in this region
-  const Flag* flag;    // if it waits for a flag: which, and for which value
+  bool in_chunk;       // whether it works on a chunk of the last of them, and on which
+  std::size_t chunk;
+  const Flag* flag;  // if it waits for a flag: which, and for which value
   int value;
 };
 
@@ -138,14 +140,14 @@ class Recorder {
       return;
     }
     record_.serial_ns.push_back(stretch());
-    record_.regions.emplace_back(cores());
+    record_.regions.push_back({std::vector<Events>(cores()), {}});
     shared_.clear();
-    if (first) shared_.push_back(*first);
+    if (first) share(*first);
     region_ = region;
     data_ = data;
     for (int i = 0; i < cores(); ++i) {
       Member& m = *members_[i];
-      m.state = Member::ready, m.worked = 0, m.shared = shared_.size();
+      m.state = Member::ready, m.worked = 0, m.shared = shared_.size(), m.in_chunk = false;
       getcontext(&m.context);
       m.context.uc_stack.ss_sp = m.stack.begin();
       m.context.uc_stack.ss_size = Stack::size;
@@ -175,11 +177,17 @@ class Recorder {
   // first.
   bool next_chunk(long& first, long& last) {
     if (alone()) return alone_.take(first, last);
-    const std::size_t which = members_[running_]->shared - 1;
+    Member& m = *members_[running_];
+    const std::size_t which = m.shared - 1;
     end_work();
-    add({Event::dispatch, 0, reinterpret_cast<const void*>(which)});
+    if (!m.in_chunk) add({Event::dispatch, 0, nullptr, static_cast<int>(which)});
     yield(Member::ready);
-    return shared_[which].take(first, last);
+    m.in_chunk = shared_[which].take(first, last);
+    if (!m.in_chunk) return false;
+    std::vector<Events>& chunks = record_.regions.back().chunks[which];
+    m.chunk = chunks.size();
+    chunks.emplace_back();
+    return true;
   }
 
   bool loop_start(const SharedWork& loop, long& first, long& last) {
@@ -193,7 +201,11 @@ class Recorder {
   }
 
   // Whether this thread is the one that executes the single.
-  bool single() { return meet({}); }
+  bool single() {
+    const bool executes = meet({});
+    if (!alone()) add({Event::single, 0, nullptr, executes});
+    return executes;
+  }
 
   // Members that await the value go on, no earlier than the one that posts it.
   void post(Flag* flag, int value) {
@@ -238,16 +250,24 @@ class Recorder {
       return true;
     }
     const bool first = members_[running_]->shared++ == shared_.size();
-    if (first) shared_.push_back(fresh);
+    if (first) share(fresh);
     return first;
+  }
+  void share(const SharedWork& work) {
+    shared_.push_back(work);
+    record_.regions.back().chunks.emplace_back();
   }
 
   double stretch() const { return std::max(0., clock_() - resumed_ - clock_ns_); }
-  void add(const Event& event) { record_.regions.back()[running_].push_back(event); }
+  void add(const Event& event) {
+    Region& region = record_.regions.back();
+    const Member& m = *members_[running_];
+    (m.in_chunk ? region.chunks[m.shared - 1][m.chunk] : region.members[running_]).push_back(event);
+  }
   void end_work() {
     const double ns = stretch();
     members_[running_]->worked += ns;
-    if (ns > 0) add({Event::work, ns});
+    add({Event::work, ns});
   }
 
   void note(Event::Kind kind, const void* which) {

@@ -18,24 +18,33 @@ struct Flag {
   std::vector<std::pair<int, int>> waiting;  // the value, and the core that waits for it
 };
 
+struct Loop {
+  double free_from = 0;  // when the next chunk can be fetched
+  int last = -1;         // the core that fetched last
+  std::size_t next = 0;  // chunk
+};
+
 struct Core {
   double now = 0;
-  std::size_t next = 0;  // index of its next event
+  const Events* events;    // its own, or those of a chunk
+  std::size_t next = 0;    // of its events
+  int loop = -1;           // of the chunk
+  std::size_t behind = 0;  // its next own event, behind the loop
 };
 
 // Replays one region. Adds its times to `spent`. Returns the time from its fork until the first core goes on behind it.
 // waited, ns: for how long each core has waited for the region; then, when the region ends, for its end.
 double replay_region(const Region& region, const Costs& costs, std::vector<double>& waited, Replayed& spent) {
-  const int cores = static_cast<int>(region.size());
+  const int cores = static_cast<int>(region.members.size());
   std::vector<Core> core(cores);
+  for (int c = 0; c < cores; ++c) core[c].events = &region.members[c];
   // The first core opens the region.
   for (int c = 1; c < cores; ++c) {
     core[c].now = costs.waking.after(waited[c]);
     spent.waiting += core[c].now;
   }
   std::unordered_map<const void*, Lock> lock;
-  std::unordered_map<const void*, std::pair<double, int>>
-      counter;  // of a loop: when it is free, and the core that fetched last
+  std::vector<Loop> loops(region.chunks.size());
   std::unordered_map<const void*, Flag> flag;
   std::vector<int> at_barrier;
 
@@ -53,6 +62,22 @@ double replay_region(const Region& region, const Costs& costs, std::vector<doubl
     turns.push({core[c].now, c});
   };
 
+  // Core c goes on with a loop's next chunk, or, if none is left, behind the loop.
+  const auto fetch = [&](int c, int which) {
+    Core& me = core[c];
+    Loop& loop = loops[which];
+    const bool is_again = loop.last < 0 || loop.last == c;
+    const double done = std::max(me.now, loop.free_from) + (is_again ? costs.dispatch.again : costs.dispatch.moved);
+    spent.dispatch += done - me.now;
+    me.now = loop.free_from = done;
+    loop.last = c;
+    const bool has_chunk = loop.next < region.chunks[which].size();
+    me.loop = has_chunk ? which : -1;
+    me.events = has_chunk ? &region.chunks[which][loop.next++] : &region.members[c];
+    me.next = has_chunk ? 0 : me.behind;
+    turns.push({me.now, c});
+  };
+
   // Core c has what it waited for from `time` on, and sees it a cache line's way later.
   const auto see = [&](int c, double time) {
     const double seen = std::max(core[c].now, time) + costs.flag;
@@ -65,8 +90,11 @@ double replay_region(const Region& region, const Costs& costs, std::vector<doubl
     const int c = turns.top().second;
     turns.pop();
     Core& me = core[c];
-    if (me.next == region[c].size()) continue;  // done
-    const Event& event = region[c][me.next++];
+    if (me.next == me.events->size()) {
+      if (me.loop >= 0) fetch(c, me.loop);
+      continue;
+    }
+    const Event& event = (*me.events)[me.next++];
     switch (event.kind) {
       case Event::work:
         me.now += event.ns;
@@ -94,16 +122,11 @@ double replay_region(const Region& region, const Costs& costs, std::vector<doubl
         }
         break;
       }
-      case Event::dispatch: {
-        auto& [free_from, last] = counter.try_emplace(event.what, 0., -1).first->second;
-        const double done =
-            std::max(me.now, free_from) + (last < 0 || last == c ? costs.dispatch.again : costs.dispatch.moved);
-        spent.dispatch += done - me.now;
-        me.now = free_from = done;
-        last = c;
-        turns.push({me.now, c});
+      case Event::dispatch:
+        me.behind = me.next;
+        fetch(c, event.value);
         break;
-      }
+      case Event::single: turns.push({me.now, c}); break;
       case Event::post: {
         Flag& f = flag[event.what];
         f.value = event.value;

@@ -8,7 +8,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <iterator>
-#include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -121,17 +120,18 @@ double bytes_of(const Repeatable& what, const Model& model) {
 
 }  // namespace
 
-void record_once(const Repeatable& what, int cores, std::span<const Model> models, std::span<Replayed> least) {
+void record_once(const Repeatable& what, int cores, const Model& model, Records& records) {
   const auto record_with = [&](Locks locks) {
     what.reset();
-    return record(cores, what.work, clock_ns, models[0].clock_cost_ns, locks);
+    return record(cores, what.work, clock_ns, model.clock_cost_ns, locks);
   };
   Record made = record_with(Locks::noted);
   if (has_locks(made)) fit(made, record_with(Locks::left_out));
-  for (std::size_t m = 0; m < models.size(); ++m) {
-    const Replayed each = replay(made, models[m].costs, bytes_of(what, models[m]));
-    if (each.total < least[m].total) least[m] = each;
-  }
+  records.add(std::move(made));
+}
+
+Replayed replay(const Records& records, const Repeatable& what, const Model& model) {
+  return replay(records.least(), model.costs, bytes_of(what, model));
 }
 
 nlohmann::ordered_json fields_of(const Replayed& r, const Repeatable& what, int cores, const Model& model) {
@@ -151,12 +151,12 @@ nlohmann::ordered_json fields_of(const Replayed& r, const Repeatable& what, int 
 
 nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int cores, const Effort& effort) {
   const bool here = cores <= omp_get_num_procs() && !model.of_another;
-  Replayed r = {.total = std::numeric_limits<double>::infinity()};
+  Records records;
   std::vector<Sample> samples;
   bool whole_teams = true;  // whether the measured runs had as many threads as `cores`
   const double enough = now() + (here ? effort.seconds_here : effort.seconds_beyond);
   for (int repeat = 0; repeat < effort.least || now() < enough; ++repeat) {
-    record_once(what, cores, {&model, 1}, {&r, 1});
+    record_once(what, cores, model, records);
     if (!here) continue;
     what.reset();
     hold_team(cores, [&] {
@@ -171,6 +171,7 @@ nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int
     });
   }
   nlohmann::ordered_json row = {{"cores", cores}};
+  const Replayed r = replay(records, what, model);
   row.update(fields_of(r, what, cores, model));
   if (here && whole_teams) {
     const Counted on_cores = counted(samples, cores * model.turns_per_ns, effort.least);

@@ -4,7 +4,6 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <span>
 #include <string>
 
 #include "verify/options.h"
@@ -33,9 +32,11 @@ struct Repeatable {
   double data = 0;
 };
 
-// Records the work once on `cores`, and replays this record with each model. Where a replay is shorter than its element
-// of `least`, which starts with an infinite total, it takes its place.
-void record_once(const Repeatable& what, int cores, std::span<const Model> models, std::span<Replayed> least);
+// Records the work once more on `cores`.
+void record_once(const Repeatable& what, int cores, const Model& model, Records& records);
+
+// What the records come to by the model.
+Replayed replay(const Records& records, const Repeatable& what, const Model& model);
 
 // The fields of a row that come from the model: modelled_ms, compute_ms, memory_ms and the shares of the cores' time.
 nlohmann::ordered_json fields_of(const Replayed& replayed, const Repeatable& what, int cores, const Model& model);

@@ -1,7 +1,6 @@
 #include "verify/sizes.h"
 
 #include <cstddef>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -46,15 +45,15 @@ void problem_sizes(const FigureOptions& options, const Model& model, RowsOf& row
           progress("problem sizes: " + selected.kernel.name + ", " + named.scene);
           if (!run) run = selected.kernel.make(selected.scene_path);
           const Repeatable what = {run->reset, run->openmp, run->work.bytes, run->work.data};
-          Replayed least = {.total = std::numeric_limits<double>::infinity()};
+          Records records;
           const double enough = now() + seconds;
-          const auto wanted = [&](int records) {
-            if (options.quick) return records < 1;
-            return records < least_records || (records < most_records && now() < enough);
+          const auto wanted = [&](int made) {
+            if (options.quick) return made < 1;
+            return made < least_records || (made < most_records && now() < enough);
           };
-          for (int records = 0; wanted(records); ++records) record_once(what, cores, {&model, 1}, {&least, 1});
+          for (int made = 0; wanted(made); ++made) record_once(what, cores, model, records);
           Rows row = {{"items", run->work.items}, {"unit", run->work.unit}};
-          row.update(fields_of(least, what, cores, model));
+          row.update(fields_of(replay(records, what, model), what, cores, model));
           return row;
         });
     }
