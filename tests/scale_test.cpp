@@ -215,19 +215,22 @@ TEST(scale, no_work_is_lost_that_another_thread_does) {
   Records records;
   for (busy = 0; busy < 8; ++busy) records.add(record(8, work, test_clock, 0, Locks::noted));
   EXPECT_DOUBLE_EQ(replay(records.least(), free_of_charge, 0).work, 80 + 7 * 10);
-  // A single is known: where another thread executes it, stretches are not compared.
+  // Where another thread executes a single, stretches are not compared.
+  bool is_first_late = false;
   const auto single = [&] {
 #pragma omp parallel
     {
-      spend(omp_get_thread_num() == busy ? 0 : 10);
 #pragma omp for schedule(dynamic) nowait
-      for (int i = 0; i < 1; ++i) spend(10);
+      for (int i = 0; i < 2; ++i) spend(i == 1 ? 20 : is_first_late ? 30 : 10);
 #pragma omp single nowait
       spend(80);
     }
   };
   Records singles;
-  for (busy = 0; busy < 2; ++busy) singles.add(record(2, single, test_clock, 0, Locks::noted));
+  for (const bool is_late : {false, true}) {
+    is_first_late = is_late;
+    singles.add(record(2, single, test_clock, 0, Locks::noted));
+  }
   EXPECT_DOUBLE_EQ(replay(singles.least(), free_of_charge, 0).total, 90);
 }
 
