@@ -34,6 +34,7 @@
 
 #include "common/linear/conjugate_gradients.h"
 #include "common/production_cloth/forces.h"
+#include "common/production_cloth/picks.h"
 
 namespace lockstep::production_cloth {
 
@@ -44,7 +45,9 @@ namespace openmp {
 
 struct DampingRoom {
   Array<float> q;                               // A p
-  Array<float> inverse_mass;                    // 1/kg: of the vertex, in each of its numbers
+  Array<float> inverse_mass;                    // 1/kg; 0 of held vertices
+  Picks<1> edges, far;                          // of vertices' slices, as in Elements: of the items of lists, their own
+  Picks<3> corners;                             // slice first; of a block's corners, of facets or membranes
   Array<float> membrane_parts[damped_at_once];  // records, by place
   Array<float> pushes[damped_at_once];          // [place]: pushes_of_facet
   Array<float> normals;                         // [16 (3 item + c) + lane]: of facets, at each vertex's corners
@@ -53,7 +56,8 @@ struct DampingRoom {
 
 }  // namespace openmp
 
-// Vectors of the solve are records as those of Changes.
+// Vectors of the serial solve are records as those of Changes. In openmp component c of lane l of slice s stands at
+// 16 (3 s + c) + l.
 template <class Real>
 struct DampingMemory {
   Array<Real> b, x;                   // the right-hand side, then the residual; the change of velocity
