@@ -3,7 +3,7 @@
 //
 //   floatv load_each(const float* p, const std::int32_t* index)
 //     p[index[l]], by loads one by one: on a Zen 4 a gather takes longer
-//   intv load_wide(const std::uint8_t* p), load_wide(const std::uint16_t* p)   p[l]
+//   intv load_wide(const std::uint16_t* p)              p[l]
 //   floatv choose(floatv a, floatv b, intv k)           lane k % 16 of a, or where k & 16 is set, of b
 //   Quads load_sixteen_quads(const float* p)            field[f] lane l = p[4 l + f]; any alignment
 //   void store_sixteen_quads(float* p, const Quads& q)  and back; any alignment
@@ -29,9 +29,6 @@ LOCKSTEP_INLINE floatv load_each(const float* p, const std::int32_t* index) {
   return _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
 }
 
-LOCKSTEP_INLINE intv load_wide(const std::uint8_t* p) {
-  return _mm512_cvtepu8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p)));
-}
 LOCKSTEP_INLINE intv load_wide(const std::uint16_t* p) {
   return _mm512_cvtepu16_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)));
 }
@@ -74,8 +71,7 @@ LOCKSTEP_INLINE floatv load_each(const float* p, const std::int32_t* index) {
   for (int l = 0; l < lanes; ++l) of_lanes[l] = p[index[l]];
   return load(of_lanes);
 }
-template <class Small>
-LOCKSTEP_INLINE intv load_wide(const Small* p) {
+LOCKSTEP_INLINE intv load_wide(const std::uint16_t* p) {
   std::int32_t of_lanes[lanes];
   for (int l = 0; l < lanes; ++l) of_lanes[l] = p[l];
   return load(of_lanes);

@@ -1,8 +1,9 @@
 // Of which vectors sixteen lanes pick what they want.
 //
-// Vertices stand along a Morton curve (load_scene), so that sixteen neighbours of a slice's vertices are in four slices
-// on the average, and seldom in more than six. To load these whole and to pick from them takes less time than to load
-// sixteen records one by one. Any mesh will do: from many vectors it takes longer.
+// Vertices stand along a Morton curve (load_scene), and triangles by their least vertex. So sixteen neighbours of a
+// slice's vertices are in four slices on the average, and seldom in more than six; and likewise what triangles give. To
+// load these whole and to pick from them takes less time than sixteen loads. Any mesh will do: where what lanes want is
+// in many vectors, it takes longer.
 //
 // Made once, by sequential code.
 #pragma once
@@ -10,39 +11,38 @@
 #include <algorithm>
 #include <cstdint>
 #include <span>
-#include <type_traits>
 
 #include "common/array.h"
 #include "common/simd.h"
 
 namespace lockstep::production_cloth {
 
-// Picks of groups of so many sixteens, which share what vectors they load.
-template <int together>
+// Of groups of `together` sixteens, which share the vectors that they load: those of most groups are `pairs` pairs.
+template <int together, int pairs>
 struct Picks {
-  using Place = std::conditional_t<together == 1, std::uint8_t, std::uint16_t>;
-  Array<std::int32_t> first;   // [group]: its first in `vector`; and the number of all. They are pairs, at least two
-  Array<std::int32_t> vector;  // numbers of vectors
-  Array<Place> place;          // [16 sixteen + lane]: 16 v + the lane, in v of its group's vectors
+  Array<std::int32_t> first;   // [group]: its first in `vector`; and the number of all. Pairs, at least so many
+  Array<std::int32_t> vector;  // where they begin, in vectors of sixteen
+  Array<std::uint16_t> place;  // [16 sixteen + lane]: 16 v + the lane, in v of its group's vectors
 };
 
-// at: sixteens of what lanes want, lane l of vector v as 16 v + l. first_of(group): the vector that comes first.
-template <int together, class FirstOf>
-Picks<together> make_picks(std::span<const std::int32_t> at, const FirstOf& first_of) {
-  constexpr int size = together * lanes;
-  Picks<together> picks;
+// at: sixteens of what lanes want: 16 u + l is lane l of what begins at vector u * size. first_of(group) is the u that
+// comes first.
+template <int together, int pairs, class FirstOf>
+Picks<together, pairs> make_picks(std::span<const std::int32_t> at, int size, const FirstOf& first_of) {
+  constexpr std::size_t wanted = together * lanes;
+  Picks<together, pairs> picks;
   picks.first.push_back(0);
-  for (std::size_t begin = 0; begin < at.size(); begin += size) {
+  for (std::size_t begin = 0; begin < at.size(); begin += wanted) {
     const std::size_t first = picks.vector.size();
     const auto own = [&] { return std::span(picks.vector).subspan(first); };
-    picks.vector.push_back(first_of(begin / size));
-    for (const std::int32_t k : at.subspan(begin, size)) {
-      const auto found = std::ranges::find(own(), k / lanes);
-      const auto v = found - own().begin();
-      picks.place.push_back(static_cast<typename Picks<together>::Place>(lanes * v + k % lanes));
-      if (found == own().end()) picks.vector.push_back(k / lanes);
+    picks.vector.push_back(size * first_of(begin / wanted));
+    for (const std::int32_t k : at.subspan(begin, wanted)) {
+      const std::int32_t vector = size * (k / lanes);
+      const auto v = std::ranges::find(own(), vector) - own().begin();
+      if (v == std::ssize(own())) picks.vector.push_back(vector);
+      picks.place.push_back(static_cast<std::uint16_t>(lanes * v + k % lanes));
     }
-    while (own().size() < 4 || own().size() % 2 != 0) picks.vector.push_back(picks.vector[first]);
+    while (own().size() < 2 * pairs || own().size() % 2 != 0) picks.vector.push_back(picks.vector[first]);
     picks.first.push_back(static_cast<std::int32_t>(picks.vector.size()));
   }
   return picks;

@@ -9,7 +9,10 @@
 // membranes it waits for their parts, too, and with hinges for rates and parts. Sums are of blocks of vertices, in the
 // order of linear/'s dot product, and each thread adds up all blocks itself.
 //
-// The first product of a solve keeps the triangles' normals in the order of vertices. The others read them from there.
+// The first product of a solve keeps the triangles' normals, by blocks and again in the order of vertices. The others
+// read them from there.
+//
+// Vectors are three arrays of lanes a slice. Neighbours are picked from the slices that they stand in.
 //
 // The contract stands in common/production_cloth/damping_solve.h.
 #include "common/production_cloth/damping_solve.h"
@@ -47,7 +50,7 @@ LOCKSTEP_INLINE Pulls<count> add_links(const Elements<Real>& elements, const Sta
   for (std::size_t p = 0; p < count; ++p) own[p] = load_slice(v[p], slice), sum[p] = {0.f, 0.f, 0.f};
   for (std::size_t k = elements.edges_at.first[slice]; k < std::size_t(elements.edges_at.first[slice + 1]); ++k)
     for (std::size_t p = 0; p < count; ++p) {
-      const Vector3<floatv> d = pick(room.edges, k, v[p], own[p])[0] - own[p];
+      const Vector3<floatv> d = pick_vectors(room.edges, k, v[p], own[p])[0] - own[p];
       Vector3<floatv> part = {0.f, 0.f, 0.f};
       if constexpr (Bending::value) part = (bend_damping * load(&elements.edge_bending_at[lanes * k])) * d;
       if constexpr (Springs::value) {
@@ -62,13 +65,14 @@ LOCKSTEP_INLINE Pulls<count> add_links(const Elements<Real>& elements, const Sta
     for (std::size_t k = elements.far_at.first[slice]; k < std::size_t(elements.far_at.first[slice + 1]); ++k)
       for (std::size_t p = 0; p < count; ++p)
         sum[p] = sum[p] + (bend_damping * load(&elements.far_bending_at[lanes * k])) *
-                              (pick(room.far, k, v[p], own[p])[0] - own[p]);
+                              (pick_vectors(room.far, k, v[p], own[p])[0] - own[p]);
   return sum;
 }
 
 // What the corners of a block of triangles have of a vector.
 LOCKSTEP_INLINE std::array<Vector3<floatv>, 3> corners_of(const DampingRoom& room, const Real* v, int block) {
-  return pick(room.corners, block, v, load_slice(v, room.corners.vector[room.corners.first[block]]));
+  const std::ptrdiff_t first = room.corners.vector[room.corners.first[block]];
+  return pick_vectors(room.corners, block, v, load_three(v + lanes * first));
 }
 
 // The parts of membranes. A team calls it.
@@ -90,7 +94,7 @@ void store_membranes(const Elements<Real>& elements, const State<Real>& state, c
 }
 
 // What the hinges of triangles push their corners with, along the normals. A team calls it.
-template <std::size_t count>
+template <bool is_first, std::size_t count>
 void store_pushes(const Elements<Real>& elements, const State<Real>& state, const Inputs<count>& v,
                   std::span<Array<Real>> rates, DampingRoom& room) {
   // A block writes its own rates.
@@ -98,7 +102,9 @@ void store_pushes(const Elements<Real>& elements, const State<Real>& state, cons
   for (int block = 0; block < elements.facet_blocks(); ++block) {
     const auto at = [&](int c) { return load(&state.cotangents[corner_place(block, c)]); };
     const floatv cotangents[] = {at(0), at(1), at(2)};
-    const Vector3<floatv> normal = load_sixteen(&state.normals[facet_records(block)]);
+    Real* const kept = &room.facet_normals[corner_place(block, 0)];
+    if constexpr (is_first) store_three(kept, load_sixteen(&state.normals[facet_records(block)]));
+    const Vector3<floatv> normal = load_three(kept);
     for (std::size_t p = 0; p < count; ++p) {
       const auto x = corners_of(room, v[p], block);
       const Sides<floatv> rate = rates_of_facet(normal, cotangents, x[0], x[1], x[2]);
@@ -114,7 +120,7 @@ void store_pushes(const Elements<Real>& elements, const State<Real>& state, cons
       const auto torque = [&](int c) {
         const std::size_t side = corner_place(block, c);
         return load(&state.resistance[side]) *
-               (load(&rates[p][side]) + load_each(rates[p].data(), &elements.beside[side]));
+               (load(&rates[p][side]) + pick_numbers(room.beside, side / lanes, rates[p].data()));
       };
       const Sides<floatv> push = pushes_of_facet(cotangents, {torque(0), torque(1), torque(2)});
       for (int c = 0; c < 3; ++c) store(&room.pushes[p][corner_place(block, c)], push.of[c]);
@@ -131,7 +137,7 @@ template <bool is_first, std::size_t count, std::size_t sums, class Row>
 void damp(const Elements<Real>& elements, const State<Real>& state, const Inputs<count>& v, DampingRoom& room,
           std::span<Array<Real>> rates, const std::array<int, sums>& which, const Row& row) {
   if (elements.membranes > 0) store_membranes(elements, state, v, room);
-  if (elements.facets > 0) store_pushes(elements, state, v, rates, room);
+  if (elements.facets > 0) store_pushes<is_first>(elements, state, v, rates, room);
   // Parts of other threads' blocks are read below.
   if (elements.membranes > 0 || elements.facets > 0) {
 #pragma omp barrier
@@ -141,38 +147,45 @@ void damp(const Elements<Real>& elements, const State<Real>& state, const Inputs
   // A slice's normals are kept by the thread that reads them.
   const auto normals = [&](std::size_t k) { return normals_at<is_first>(elements, state, k, room.normals); };
   with_links_of(elements, [&](auto springs, auto bending) {
-    for_each_slice(elements.slices(), room.sums, which, [&](int slice, std::array<Products, sums>& products) __attribute__((always_inline)) {
-      Pulls<count> pulls = add_links<decltype(springs), decltype(bending)>(elements, state, room, v, slice);
-      if (elements.membranes > 0)
-        for (std::size_t p = 0; p < count; ++p)
-          pulls[p] = add_parts(elements.corners_at, room.membrane_parts[p].data(), slice, pulls[p]);
-      if (elements.facets > 0) add_pushes(elements.corners_at, pushes, slice, normals, pulls);
-      row(slice, pulls, products);
-    });
+    for_each_slice(
+        elements.slices(), room.sums,
+        which, [&](int slice, std::array<Products, sums>& products) __attribute__((always_inline)) {
+          Pulls<count> pulls = add_links<decltype(springs), decltype(bending)>(elements, state, room, v, slice);
+          if (elements.membranes > 0)
+            for (std::size_t p = 0; p < count; ++p)
+              pulls[p] = add_parts(elements.corners_at, room.membrane_parts[p].data(), slice, pulls[p]);
+          if (elements.facets > 0) add_pushes(elements.corners_at, pushes, slice, normals, pulls);
+          row(slice, pulls, products);
+        });
   });
 }
 
+// Lane 0's vector of each group.
+auto first_of(const Array<std::int32_t>& at, int together) {
+  return [&at, together](std::size_t group) { return at[lanes * together * group] / lanes; };
+}
 // Of the vertices in slices' lists.
-Picks<1> picks_of_lists(const Slices& lists) {
+Picks<1, 2> picks_of_lists(const Slices& lists) {
   std::vector<std::int32_t> slice_of;  // [item]
   for (std::size_t s = 0; s + 1 < lists.first.size(); ++s) slice_of.resize(lists.first[s + 1], static_cast<int>(s));
-  return make_picks<1>(lists.at, [&](std::size_t item) { return slice_of[item]; });
+  return make_picks<1, 2>(lists.at, slice_vectors, [&](std::size_t item) { return slice_of[item]; });
 }
 
 }  // namespace
 
 DampingMemory<Real> make_damping_memory(const Elements<Real>& elements) {
   const int slices = elements.slices();
-  const Array<Real> none(slice_floats * static_cast<std::size_t>(slices)), sides(elements.last_place());
+  const Array<Real> none(lanes * slice_vectors * static_cast<std::size_t>(slices)), sides(elements.last_place());
   DampingMemory<Real> memory = {.b = none, .x = none, .guess = none, .rates = {sides, sides}, .pulls = {}};
   DampingRoom& room = memory.room;
   room.q = none, room.inverse_mass.resize(lanes * static_cast<std::size_t>(slices));
   room.edges = picks_of_lists(elements.edges_at), room.far = picks_of_lists(elements.far_at);
   const Array<std::int32_t>& corners = elements.facets > 0 ? elements.facet_corner : elements.membrane_corner.value;
-  room.corners = make_picks<3>(corners, [&](std::size_t block) { return corners[3 * lanes * block] / lanes; });
+  room.corners = make_picks<3, 2>(corners, slice_vectors, first_of(corners, 3));
+  room.beside = make_picks<1, 3>(elements.beside, 1, first_of(elements.beside, 1));
   for (int p = 0; p < damped_at_once; ++p)
     room.membrane_parts[p] = make_parts(elements), room.pushes[p] = make_pushes(elements);
-  if (elements.facets > 0) room.normals.resize(3 * elements.corners_at.at.size());
+  if (elements.facets > 0) room.facet_normals = sides, room.normals.resize(3 * elements.corners_at.at.size());
   room.sums.resize(sums_of_block * blocks_of(slices));
   return memory;
 }
@@ -198,15 +211,16 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
   // A p of a slice, which is also stored.
   const auto row = [&](int slice, const Vector3<floatv>& pulls) __attribute__((always_inline)) {
     const Vector3<floatv> row = load(&mass[lanes * slice]) * load_slice(p, slice) - half_step * pulls;
-    const Vector3<floatv> of_free = select(free(slice), row, none);
+    const Vector3<floatv> of_free = select(load(&room.inverse_mass[lanes * slice]) > 0.f, row, none);
     store_slice(q, slice, of_free);
     return of_free;
   };
   const auto multiply = [&] {
-    damp<false, 1, 1>(elements, state, {p}, room, memory.rates, {pq},
-                      [&](int slice, const Pulls<1>& pulls, std::array<Products, 1>& sums) __attribute__((always_inline)) {
-                        sums[0].add(load_slice(p, slice), row(slice, pulls[0]));
-                      });
+    damp<false, 1, 1>(
+        elements, state, {p}, room, memory.rates,
+        {pq}, [&](int slice, const Pulls<1>& pulls, std::array<Products, 1>& sums) __attribute__((always_inline)) {
+          sums[0].add(load_slice(p, slice), row(slice, pulls[0]));
+        });
     return total(room.sums, pq);
   };
   // r . r and r . z, z = M^-1 r.
