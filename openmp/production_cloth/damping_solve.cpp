@@ -208,7 +208,7 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
     return floatv(changes.weight[0]) * of_records(changes.last, slice) +
            floatv(changes.weight[1]) * of_records(changes.before, slice);
   };
-  // A p of a slice, which is also stored.
+  // A p of a slice, which is also stored. Inlined, as what calls it: else sums go through memory.
   const auto row = [&](int slice, const Vector3<floatv>& pulls) __attribute__((always_inline)) {
     const Vector3<floatv> row = load(&mass[lanes * slice]) * load_slice(p, slice) - half_step * pulls;
     const Vector3<floatv> of_free = select(load(&room.inverse_mass[lanes * slice]) > 0.f, row, none);
