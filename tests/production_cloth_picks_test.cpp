@@ -28,7 +28,7 @@ TEST(ProductionClothPicks, PickFromAnyNumberOfVectors) {
     const Picks<3, 2> together = make_picks<3, 2>(at, slice_vectors, own);
     const Picks<1, 3> numbers = make_picks<1, 3>(at, 1, own);
     for (int k = 0; k < 12; ++k) {
-      const Vector3<floatv> first = load_slice(x.data(), slices - 1);
+      const Vector3<floatv> first = load_three(&x[3 * lanes * (slices - 1)]);
       const Vector3<floatv> one = pick_vectors(alone, k, x.data(), first)[0];
       const Vector3<floatv> of_three = pick_vectors(together, k / 3, x.data(), first)[k % 3];
       const Floats number = values(pick_numbers(numbers, k, x.data()));

@@ -20,6 +20,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -32,13 +33,21 @@
 namespace lockstep::production_cloth::openmp {
 namespace {
 
+LOCKSTEP_INLINE Vector3<floatv> record(std::span<const Real> x, int slice) {
+  const Real* const at = &x[lanes * slice_vectors * static_cast<std::size_t>(slice)];
+  return {load(at), load(at + lanes), load(at + 2 * lanes)};
+}
+LOCKSTEP_INLINE void set(std::span<Real> x, int slice, const Vector3<floatv>& value) {
+  Real* const at = &x[lanes * slice_vectors * static_cast<std::size_t>(slice)];
+  store(at, value.x), store(at + lanes, value.y), store(at + 2 * lanes, value.z);
+}
 LOCKSTEP_INLINE Vector3<floatv> of_records(const Array<Real>& records, int slice) {
   return load_sixteen(&records[4 * lanes * static_cast<std::size_t>(slice)]);
 }
 
 // Vectors that D is multiplied by, and -D times them in a slice.
 template <std::size_t count>
-using Inputs = std::array<const Real*, count>;
+using Inputs = std::array<std::span<const Real>, count>;
 template <std::size_t count>
 using Pulls = std::array<Vector3<floatv>, count>;
 
@@ -47,10 +56,10 @@ LOCKSTEP_INLINE Pulls<count> add_links(const Elements<Real>& elements, const Sta
                                        const DampingRoom& room, const Inputs<count>& v, int slice) {
   const floatv bend_damping = elements.bend_damping;
   Pulls<count> own, sum;
-  for (std::size_t p = 0; p < count; ++p) own[p] = load_slice(v[p], slice), sum[p] = {0.f, 0.f, 0.f};
+  for (std::size_t p = 0; p < count; ++p) own[p] = record(v[p], slice), sum[p] = {0.f, 0.f, 0.f};
   for (std::size_t k = elements.edges_at.first[slice]; k < std::size_t(elements.edges_at.first[slice + 1]); ++k)
     for (std::size_t p = 0; p < count; ++p) {
-      const Vector3<floatv> d = pick_vectors(room.edges, k, v[p], own[p])[0] - own[p];
+      const Vector3<floatv> d = pick_vectors(room.edges, k, v[p].data(), own[p])[0] - own[p];
       Vector3<floatv> part = {0.f, 0.f, 0.f};
       if constexpr (Bending::value) part = (bend_damping * load(&elements.edge_bending_at[lanes * k])) * d;
       if constexpr (Springs::value) {
@@ -65,7 +74,7 @@ LOCKSTEP_INLINE Pulls<count> add_links(const Elements<Real>& elements, const Sta
     for (std::size_t k = elements.far_at.first[slice]; k < std::size_t(elements.far_at.first[slice + 1]); ++k)
       for (std::size_t p = 0; p < count; ++p)
         sum[p] = sum[p] + (bend_damping * load(&elements.far_bending_at[lanes * k])) *
-                              (pick_vectors(room.far, k, v[p], own[p])[0] - own[p]);
+                              (pick_vectors(room.far, k, v[p].data(), own[p])[0] - own[p]);
   return sum;
 }
 
@@ -86,7 +95,7 @@ void store_membranes(const Elements<Real>& elements, const State<Real>& state, c
     const Membrane<floatv> membrane = membrane_of<floatv>(elements, field);
     const Columns<floatv> f = {load_fields(state.deformation, block, 0), load_fields(state.deformation, block, 3)};
     for (std::size_t p = 0; p < count; ++p) {
-      const auto x = corners_of(room, v[p], block);
+      const auto x = corners_of(room, v[p].data(), block);
       store_parts(damping_of_membrane<floatv>(elements, membrane, f, x[0], x[1], x[2]),
                   &room.membrane_parts[p][membrane_parts(block)]);
     }
@@ -106,7 +115,7 @@ void store_pushes(const Elements<Real>& elements, const State<Real>& state, cons
     if constexpr (is_first) store_three(kept, load_sixteen(&state.normals[facet_records(block)]));
     const Vector3<floatv> normal = load_three(kept);
     for (std::size_t p = 0; p < count; ++p) {
-      const auto x = corners_of(room, v[p], block);
+      const auto x = corners_of(room, v[p].data(), block);
       const Sides<floatv> rate = rates_of_facet(normal, cotangents, x[0], x[1], x[2]);
       for (int c = 0; c < 3; ++c) store(&rates[p][corner_place(block, c)], rate.of[c]);
     }
@@ -198,7 +207,7 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
   const Vector3<const Real*> f = pointers(force);
   const Vector3<Real*> v = pointers(velocity);
   DampingRoom& room = memory.room;
-  Real *const r = memory.b.data(), *const x = memory.x.data(), *const p = memory.guess.data(), *const q = room.q.data();
+  const std::span<Real> r = memory.b, x = memory.x, p = memory.guess, q = room.q;
   const int slices = elements.slices();
   // Padding has no inverse mass, either.
   const auto free = [&](int slice) {
@@ -210,16 +219,16 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
   };
   // A p of a slice, which is also stored. Inlined, as what calls it: else sums go through memory.
   const auto row = [&](int slice, const Vector3<floatv>& pulls) __attribute__((always_inline)) {
-    const Vector3<floatv> row = load(&mass[lanes * slice]) * load_slice(p, slice) - half_step * pulls;
+    const Vector3<floatv> row = load(&mass[lanes * slice]) * record(p, slice) - half_step * pulls;
     const Vector3<floatv> of_free = select(load(&room.inverse_mass[lanes * slice]) > 0.f, row, none);
-    store_slice(q, slice, of_free);
+    set(q, slice, of_free);
     return of_free;
   };
   const auto multiply = [&] {
     damp<false, 1, 1>(
         elements, state, {p}, room, memory.rates,
         {pq}, [&](int slice, const Pulls<1>& pulls, std::array<Products, 1>& sums) __attribute__((always_inline)) {
-          sums[0].add(load_slice(p, slice), row(slice, pulls[0]));
+          sums[0].add(record(p, slice), row(slice, pulls[0]));
         });
     return total(room.sums, pq);
   };
@@ -230,8 +239,8 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
   // r -= step q; |r|.
   const auto descend = [&](Real step) {
     for_each_slice<2>(slices, room.sums, {rr, rz}, [&](int slice, std::array<Products, 2>& sums) {
-      const Vector3<floatv> rest = load_slice(r, slice) - floatv(step) * load_slice(q, slice);
-      store_slice(r, slice, rest);
+      const Vector3<floatv> rest = record(r, slice) - floatv(step) * record(q, slice);
+      set(r, slice, rest);
       add_residual(slice, rest, sums);
     });
     return std::sqrt(total(room.sums, rr));
@@ -240,7 +249,7 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
   // The right-hand side of a slice.
   const auto right_side = [&](int slice, const Vector3<floatv>& pulls) {
     const Vector3<floatv> rest = select(free(slice), half_step * (load(f, lanes * slice) + pulls), none);
-    store_slice(r, slice, rest);
+    set(r, slice, rest);
     return rest;
   };
   // The right-hand side, and its norm.
@@ -255,7 +264,7 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
   const auto multiply_guess = [&] {
     damp<true, 2, 3>(elements, state, {x, p}, room, memory.rates, {bb, gb, pq},
                      [&](int slice, const Pulls<2>& pulls, std::array<Products, 3>& sums) {
-                       const Vector3<floatv> b = right_side(slice, pulls[0]), g = load_slice(p, slice);
+                       const Vector3<floatv> b = right_side(slice, pulls[0]), g = record(p, slice);
                        sums[0].add(b, b), sums[1].add(g, b), sums[2].add(g, row(slice, pulls[1]));
                      });
   };
@@ -266,8 +275,8 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
   {
     for_each_slice<0>(slices, room.sums, {}, [&](int i, std::array<Products, 0>&) {
       store(&room.inverse_mass[lanes * i], select(free(i), load(&inverse_mass[lanes * i]), floatv(0.f)));
-      store_slice(x, i, select(first_lanes(elements.vertices - lanes * i), load(v, lanes * i), none));
-      if (is_guessed) store_slice(p, i, guess(i));
+      set(x, i, select(first_lanes(elements.vertices - lanes * i), load(v, lanes * i), none));
+      if (is_guessed) set(p, i, guess(i));
     });
     // As far along the guess as along a direction; the rest is solved for. Every thread has these of its own, with the
     // same bits.
@@ -292,10 +301,10 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
       const bool is_first = mine.iterations == 0;
       const Real share = is_first ? Real(0) : static_cast<Real>(of_rz / rz_before);
       for_each_slice<0>(slices, room.sums, {}, [&](int i, std::array<Products, 0>&) {
-        const Vector3<floatv> z = load(&room.inverse_mass[lanes * i]) * load_slice(r, i);
-        const Vector3<floatv> direction = load_slice(p, i);
-        store_slice(x, i, is_first ? none : load_slice(x, i) + floatv(step) * direction);
-        store_slice(p, i, is_first ? z : z + floatv(share) * direction);
+        const Vector3<floatv> z = load(&room.inverse_mass[lanes * i]) * record(r, i);
+        const Vector3<floatv> direction = record(p, i);
+        set(x, i, is_first ? none : record(x, i) + floatv(step) * direction);
+        set(p, i, is_first ? z : z + floatv(share) * direction);
       });
       const double product = multiply();
       if (!(product > 0)) break;
@@ -306,8 +315,8 @@ linear::Solution damping_solve(const Elements<Real>& elements, const State<Real>
     const bool is_there = mine.iterations > 0, is_last_step_due = is_there && done();
     for_each_slice<6>(slices, room.sums, {xx, xy, xz, yy, yz, zz}, [&](int i, std::array<Products, 6>& sums) {
       const Vector3<floatv> y = of_records(changes.last, i), z = of_records(changes.before, i);
-      Vector3<floatv> change = is_there ? load_slice(x, i) : none;
-      if (is_last_step_due) change = change + floatv(step) * load_slice(p, i);
+      Vector3<floatv> change = is_there ? record(x, i) : none;
+      if (is_last_step_due) change = change + floatv(step) * record(p, i);
       if (is_guessed) change = change + floatv(along) * guess(i);
       sums[0].add(change, change), sums[1].add(change, y), sums[2].add(change, z);
       sums[3].add(y, y), sums[4].add(y, z), sums[5].add(z, z);

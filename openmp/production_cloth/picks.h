@@ -17,12 +17,6 @@ LOCKSTEP_INLINE Vector3<floatv> load_three(const float* from) {
 LOCKSTEP_INLINE void store_three(float* to, const Vector3<floatv>& v) {
   store(to, v.x), store(to + lanes, v.y), store(to + 2 * lanes, v.z);
 }
-LOCKSTEP_INLINE Vector3<floatv> load_slice(const float* x, int slice) {
-  return load_three(x + lanes * slice_vectors * static_cast<std::size_t>(slice));
-}
-LOCKSTEP_INLINE void store_slice(float* x, int slice, const Vector3<floatv>& v) {
-  store_three(x + lanes * slice_vectors * static_cast<std::size_t>(slice), v);
-}
 
 LOCKSTEP_INLINE Vector3<floatv> choose(const Vector3<floatv>& a, const Vector3<floatv>& b, intv k) {
   return {lockstep::choose(a.x, b.x, k), lockstep::choose(a.y, b.y, k), lockstep::choose(a.z, b.z, k)};
