@@ -15,6 +15,9 @@
 //   doublev select(maskv mask, doublev a, doublev b)   mask ? a : b
 //   doublev load(const double* p)                  p[l]; any alignment
 //   void store(double* p, doublev v)               p[l] = v; any alignment
+//   Quarter                                        four doubles; Quarter(double x) sets them all to x
+//   Quarter add_quarters(Quarter sum, doublev v)   sum[i] + v[i] + v[4 + i] + v[8 + i] + v[12 + i], from the left
+//   double reduce_add(Quarter q)                   (q0 + q2) + (q1 + q3)
 //   double reduce_add(doublev v)                   ((v0 + v8) + (v4 + v12)) + ..., the tree of reduce_add(floatv)
 #pragma once
 
@@ -60,6 +63,10 @@ LOCKSTEP_INLINE doublev select(maskv mask, doublev a, doublev b) {
 LOCKSTEP_INLINE floatv to_float(doublev a) {
   const __m512 low = _mm512_castps256_ps512(_mm512_cvtpd_ps(a.low));
   return floatv(_mm512_insertf32x8(low, _mm512_cvtpd_ps(a.high), 1));
+}
+LOCKSTEP_INLINE __m256d quarter_of(const doublev& v, int q) {
+  const __m512d half = q < 2 ? v.low : v.high;
+  return q % 2 == 0 ? _mm512_castpd512_pd256(half) : _mm512_extractf64x4_pd(half, 1);
 }
 LOCKSTEP_INLINE doublev load(const double* p) { return {_mm512_loadu_pd(p), _mm512_loadu_pd(p + 8)}; }
 LOCKSTEP_INLINE void store(double* p, doublev v) {
@@ -132,6 +139,7 @@ LOCKSTEP_INLINE floatv to_float(doublev a) {
   return {_mm256_set_m128(_mm256_cvtpd_ps(a.quarter[1]), _mm256_cvtpd_ps(a.quarter[0])),
           _mm256_set_m128(_mm256_cvtpd_ps(a.quarter[3]), _mm256_cvtpd_ps(a.quarter[2]))};
 }
+LOCKSTEP_INLINE __m256d quarter_of(const doublev& v, int q) { return v.quarter[q]; }
 LOCKSTEP_INLINE doublev load(const double* p) {
   return {_mm256_loadu_pd(p), _mm256_loadu_pd(p + 4), _mm256_loadu_pd(p + 8), _mm256_loadu_pd(p + 12)};
 }
@@ -216,6 +224,30 @@ LOCKSTEP_INLINE doublev cbrt(doublev v) {
   for (double& x : lane) x = std::cbrt(x);
   return load(lane);
 }
+
+#if defined(LOCKSTEP_ISA_PORTABLE)
+struct Quarter {
+  double of[4];
+  Quarter() = default;
+  LOCKSTEP_INLINE Quarter(double x) : of{x, x, x, x} {}
+};
+LOCKSTEP_INLINE Quarter add_quarters(Quarter sum, const doublev& v) {
+  for (int l = 0; l < lanes; ++l) sum.of[l % 4] += v.lane[l];
+  return sum;
+}
+LOCKSTEP_INLINE double reduce_add(Quarter q) { return (q.of[0] + q.of[2]) + (q.of[1] + q.of[3]); }
+#else
+struct Quarter {
+  __m256d v;
+  Quarter() = default;
+  LOCKSTEP_INLINE Quarter(double x) : v(_mm256_set1_pd(x)) {}
+};
+LOCKSTEP_INLINE Quarter add_quarters(Quarter sum, const doublev& v) {
+  for (int q = 0; q < 4; ++q) sum.v = sum.v + quarter_of(v, q);
+  return sum;
+}
+LOCKSTEP_INLINE double reduce_add(Quarter q) { return (q.v[0] + q.v[2]) + (q.v[1] + q.v[3]); }
+#endif
 
 // A sum is reduced once in a thousand elements, so that its tree may go through memory.
 LOCKSTEP_INLINE double reduce_add(doublev v) {

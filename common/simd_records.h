@@ -3,6 +3,8 @@
 //
 //   floatv load_each(const float* p, const std::int32_t* index)
 //     p[index[l]], by loads one by one: on a Zen 4 a gather takes longer
+//   intv load_wide(const std::uint16_t* p)              p[l]
+//   floatv choose(floatv a, floatv b, intv k)           lane k % 16 of a, or where k & 16 is set, of b
 //   Quads load_sixteen_quads(const float* p)            field[f] lane l = p[4 l + f]; any alignment
 //   void store_sixteen_quads(float* p, const Quads& q)  and back; any alignment
 //   recordv min(recordv a, recordv b)                   a < b ? a : b, field by field
@@ -26,6 +28,11 @@ LOCKSTEP_INLINE floatv load_each(const float* p, const std::int32_t* index) {
   const __m256 high = _mm256_insertf128_ps(_mm256_castps128_ps256(four(8)), four(12), 1);
   return _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
 }
+
+LOCKSTEP_INLINE intv load_wide(const std::uint16_t* p) {
+  return _mm512_cvtepu16_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)));
+}
+LOCKSTEP_INLINE floatv choose(floatv a, floatv b, intv k) { return _mm512_permutex2var_ps(a.v, k.v, b.v); }
 
 // Two vectors give two fields of eight records; then halves are put together.
 LOCKSTEP_INLINE Quads load_sixteen_quads(const float* p) {
@@ -62,6 +69,18 @@ LOCKSTEP_INLINE std::uint32_t less(recordv a, recordv b) { return _mm256_cmp_ps_
 LOCKSTEP_INLINE floatv load_each(const float* p, const std::int32_t* index) {
   float of_lanes[lanes];
   for (int l = 0; l < lanes; ++l) of_lanes[l] = p[index[l]];
+  return load(of_lanes);
+}
+LOCKSTEP_INLINE intv load_wide(const std::uint16_t* p) {
+  std::int32_t of_lanes[lanes];
+  for (int l = 0; l < lanes; ++l) of_lanes[l] = p[l];
+  return load(of_lanes);
+}
+LOCKSTEP_INLINE floatv choose(floatv a, floatv b, intv k) {
+  float of_both[2 * lanes], of_lanes[lanes];
+  std::int32_t at[lanes];
+  store(of_both, a), store(of_both + lanes, b), store(at, k);
+  for (int l = 0; l < lanes; ++l) of_lanes[l] = of_both[at[l] & (2 * lanes - 1)];
   return load(of_lanes);
 }
 LOCKSTEP_INLINE Quads load_sixteen_quads(const float* p) {

@@ -77,6 +77,14 @@ TEST(SimdDouble, AddsInTheTree) {
   EXPECT_EQ(reduce_add(to_double(load(a)) * doublev(.1)), (pair(0) + pair(2)) + (pair(1) + pair(3)));
 }
 
+TEST(SimdDouble, AddsQuartersFromTheLeft) {
+  float a[lanes];
+  double sum[4] = {.3, .3, .3, .3};
+  for (int l = 0; l < lanes; ++l) a[l] = static_cast<float>(std::pow(-7., l)), sum[l % 4] += a[l] * .1;
+  const Quarter q = add_quarters(Quarter(.3), to_double(load(a)) * doublev(.1));
+  EXPECT_EQ(reduce_add(q), (sum[0] + sum[2]) + (sum[1] + sum[3]));
+}
+
 // --- Dot products
 
 // The contract's order, written another way: the sum of a lane, the tree as a recursion.

@@ -22,6 +22,17 @@ TEST(SimdRecords, LoadsNumbersOneByOne) {
   for (int l = 0; l < lanes; ++l) EXPECT_EQ(got[l], numbers[50 + index[l]]) << l;
 }
 
+TEST(SimdRecords, ChoosesFromTwoVectors) {
+  float a[lanes], b[lanes];
+  std::uint16_t place[lanes];
+  for (int l = 0; l < lanes; ++l) {
+    a[l] = static_cast<float>(l), b[l] = static_cast<float>(100 + l);
+    place[l] = static_cast<std::uint16_t>(4001 * (l + 1));  // of which five bits count
+  }
+  const auto got = values(choose(load(a), load(b), load_wide(place)));
+  for (int l = 0; l < lanes; ++l) EXPECT_EQ(got[l], (place[l] & 16 ? b : a)[place[l] & 15]) << l;
+}
+
 // At any alignment; and what stands before and behind stays as it is.
 TEST(SimdRecords, LoadsAndStoresSixteenQuads) {
   constexpr int count = 4 * lanes + 2;

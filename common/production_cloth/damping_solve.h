@@ -34,6 +34,7 @@
 
 #include "common/linear/conjugate_gradients.h"
 #include "common/production_cloth/forces.h"
+#include "common/production_cloth/picks.h"
 
 namespace lockstep::production_cloth {
 
@@ -44,16 +45,21 @@ namespace openmp {
 
 struct DampingRoom {
   Array<float> q;                               // A p
-  Array<float> inverse_mass;                    // 1/kg: of the vertex, in each of its numbers
+  Array<float> inverse_mass;                    // 1/kg; 0 of held vertices
+  Picks<1, 2> edges, far;                       // of vertices, for the lists in Elements; the own slice comes first
+  Picks<3, 2> corners;                          // of vertices, for blocks of facets or membranes
+  Picks<1, 3> beside;                           // of rates, for sides
   Array<float> membrane_parts[damped_at_once];  // records, by place
   Array<float> pushes[damped_at_once];          // [place]: pushes_of_facet
+  Array<float> facet_normals;                   // [16 (3 block + c) + lane]
   Array<float> normals;                         // [16 (3 item + c) + lane]: of facets, at each vertex's corners
   Array<double> sums;                           // [block]: whole cache lines
 };
 
 }  // namespace openmp
 
-// Vectors of the solve are records as those of Changes.
+// Vectors of the serial solve are records as those of Changes. In openmp component c of lane l of slice s stands at
+// 16 (3 s + c) + l.
 template <class Real>
 struct DampingMemory {
   Array<Real> b, x;                   // the right-hand side, then the residual; the change of velocity

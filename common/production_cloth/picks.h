@@ -1,0 +1,51 @@
+// Of which vectors sixteen lanes pick what they want.
+//
+// Vertices stand along a Morton curve (load_scene), and triangles by their least vertex. So sixteen neighbours of a
+// slice's vertices are in four slices on the average, and seldom in more than six; and likewise what triangles give. To
+// load these whole and to pick from them takes less time than sixteen loads. Any mesh will do: where what lanes want is
+// in many vectors, it takes longer.
+//
+// Made once, by sequential code.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+
+#include "common/array.h"
+#include "common/simd.h"
+
+namespace lockstep::production_cloth {
+
+// Of groups of `together` sixteens, which share the vectors that they load: those of most groups are `pairs` pairs.
+template <int together, int pairs>
+struct Picks {
+  Array<std::int32_t> first;   // [group]: its first in `vector`; and the number of all. Pairs, at least so many
+  Array<std::int32_t> vector;  // where they begin, in vectors of sixteen
+  Array<std::uint16_t> place;  // [16 sixteen + lane]: 16 v + the lane, in v of its group's vectors
+};
+
+// at: sixteens of what lanes want: 16 u + l is lane l of what begins at vector u * size. first_of(group) is the u that
+// comes first.
+template <int together, int pairs, class FirstOf>
+Picks<together, pairs> make_picks(std::span<const std::int32_t> at, int size, const FirstOf& first_of) {
+  constexpr std::size_t wanted = together * lanes;
+  Picks<together, pairs> picks;
+  picks.first.push_back(0);
+  for (std::size_t begin = 0; begin < at.size(); begin += wanted) {
+    const std::size_t first = picks.vector.size();
+    const auto own = [&] { return std::span(picks.vector).subspan(first); };
+    picks.vector.push_back(size * first_of(begin / wanted));
+    for (const std::int32_t k : at.subspan(begin, wanted)) {
+      const std::int32_t vector = size * (k / lanes);
+      const auto v = std::ranges::find(own(), vector) - own().begin();
+      if (v == std::ssize(own())) picks.vector.push_back(vector);
+      picks.place.push_back(static_cast<std::uint16_t>(lanes * v + k % lanes));
+    }
+    while (own().size() < 2 * pairs || own().size() % 2 != 0) picks.vector.push_back(picks.vector[first]);
+    picks.first.push_back(static_cast<std::int32_t>(picks.vector.size()));
+  }
+  return picks;
+}
+
+}  // namespace lockstep::production_cloth
