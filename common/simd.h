@@ -16,6 +16,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <type_traits>
 
 // A lane operation is one instruction or a few: a call would cost more, and pass sixteen lanes through memory.

@@ -20,7 +20,12 @@ namespace lockstep {
 
 LOCKSTEP_INLINE floatv load_each(const float* p, const std::int32_t* index) {
   const auto four = [&](int l) {
-    const auto number = [&](int k) { return _mm_load_ss(p + index[l + k]); };
+    // Two indices are loaded at once.
+    const auto number = [&](int k) {
+      std::int64_t two;
+      std::memcpy(&two, index + l + k / 2 * 2, sizeof two);
+      return _mm_load_ss(p + (k % 2 == 0 ? static_cast<std::int32_t>(two) : two >> 32));
+    };
     const __m128 two = _mm_insert_ps(number(0), number(1), 0x10);
     return _mm_insert_ps(_mm_insert_ps(two, number(2), 0x20), number(3), 0x30);
   };
