@@ -55,8 +55,8 @@ struct Reached {
 
   Reached(const Levels& levels, const Bounds<Real>& boxes, const Barred& barred)
       : levels(levels), boxes(boxes), barred(barred) {
-    block.resize(padded(levels.nodes())), above.resize(padded(levels.nodes()));
-    nodes.resize(group * padded(levels.nodes()));
+    const int most_blocks = levels.nodes() / tree_width + 1;
+    block.resize(padded(most_blocks)), above.resize(padded(most_blocks));
     make_room(tree_width);
   }
 
@@ -85,6 +85,9 @@ struct Reached {
     }
   }
 
+  // For the nodes of these blocks that each node of the group may reach.
+  void make_room_for_nodes() { nodes.resize(std::max(nodes.size(), padded(2 * group * blocks * tree_width))); }
+
   // The nodes of these blocks that overlap the box of node g of the group.
   LOCKSTEP_INLINE void reach_nodes(int g, const Box<floatv>& box, int from) {
     int to = first_node[g];
@@ -98,19 +101,23 @@ struct Reached {
     int to = first[g];
     for (int k = first_node[g], row = barred.first[node]; k < first_node[g + 1]; ++k) {
       while (barred.node[row] < nodes[k]) ++row;
-      const int bars = barred.node[row] == nodes[k] ? row : bars_nothing;
-      const int child = nodes[k] * tree_width;
-      const maskv hit = overlap_by_signs(box, load_boxes(boxes, child));
-      store(&elements[to], compress(hit, lane_index() + child));
-      store(&masks[to], compress(hit, load(&barred.masks[tree_width * bars])));
-      to += lockstep::count(hit);
+      add(box, nodes[k], &barred.masks[tree_width * (barred.node[row] == nodes[k] ? row : bars_nothing)], to);
     }
     count[g] = to - first[g];
     first[g + 1] = to + lanes;
   }
 
-  // Keeps those that are partners of some of the node's sixteen elements.
-  LOCKSTEP_INLINE void keep_partners(int g, const Box<floatv>& sixteen) {
+  LOCKSTEP_INLINE void add(const Box<floatv>& box, int node, const std::int32_t* masks_of_children, int& count) {
+    const int child = node * tree_width;
+    const maskv hit = overlap_by_signs(box, load_boxes(boxes, child));
+    store(&elements[count], compress(hit, lane_index() + child));
+    store(&masks[count], compress(hit, load(masks_of_children)));
+    count += lockstep::count(hit);
+  }
+
+  // Keeps those that are partners of some of sixteen elements from the first on.
+  LOCKSTEP_INLINE void keep_partners(int g, const Bounds<Real>& boxes_a, int first_a) {
+    const Box<floatv> sixteen = load_boxes(boxes_a, first_a);
     std::int32_t *const element = &elements[first[g]], *const mask = &masks[first[g]], *const overlap = overlaps.data();
     const int n = count[g];
     for (int k = 0; k < n; ++k)
@@ -149,12 +156,14 @@ void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& lev
     Box<Real> around_all = box_of(0);
     for (int g = 1; g < n; ++g) around_all = around(around_all, box_of(g));
     reached.descend(in_all_lanes(around_all), same ? first : 0);
+    mine.failure->guard([&] { reached.make_room_for_nodes(); });
+    if (mine.failure->happened()) return;
     for (int g = 0; g < n; ++g) reached.reach_nodes(g, in_all_lanes(box_of(g)), same ? first + g : 0);
     const int most = reached.first_node[n] * tree_width + n * lanes;
     if (padded(most) > reached.elements.size()) mine.failure->guard([&] { reached.make_room(most); });
     if (mine.failure->happened()) return;
     for (int g = 0; g < n; ++g) reached.reach_elements(g, first + g, in_all_lanes(box_of(g)));
-    for (int g = 0; g < n; ++g) reached.keep_partners(g, load_boxes(boxes_a, (first + g) * tree_width));
+    for (int g = 0; g < n; ++g) reached.keep_partners(g, boxes_a, (first + g) * tree_width);
 
     std::int32_t* to = room_for(mine, tree_width * std::accumulate(reached.count, reached.count + n, 0));
     if (!to) return;
