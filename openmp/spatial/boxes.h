@@ -29,6 +29,17 @@ LOCKSTEP_INLINE Box<floatv> select(maskv mask, const Box<floatv>& a, const Box<f
 
 LOCKSTEP_INLINE maskv bounded(const Box<floatv>& box) { return box.low.x > -std::numeric_limits<float>::infinity(); }
 
+// Which of sixteen boxes overlap their partners, as `overlap` of common/spatial/bounds.h, by the signs of differences:
+// on a Zen 4 six comparisons, whose results are masks, take half as long again. No number may be NaN, and no upper end
+// -0, from which +0 is -0.
+LOCKSTEP_INLINE maskv overlap_by_signs(const Box<floatv>& a, const Box<floatv>& b) {
+  const auto ends = [](const Vector3<floatv>& high, const Vector3<floatv>& low) {
+    const Vector3<floatv> room = high - low;
+    return bits_of(room.x) | bits_of(room.y) | bits_of(room.z);
+  };
+  return (ends(a.high, b.low) | ends(b.high, a.low)) >= 0;
+}
+
 // The smallest box around sixteen.
 LOCKSTEP_INLINE Box<float> around_lanes(const Box<floatv>& box) {
   return {{reduce_min(box.low.x), reduce_min(box.low.y), reduce_min(box.low.z)},
