@@ -34,7 +34,6 @@
 
 #include "common/linear/conjugate_gradients.h"
 #include "common/production_cloth/forces.h"
-#include "common/production_cloth/picks.h"
 
 namespace lockstep::production_cloth {
 
@@ -46,9 +45,6 @@ namespace openmp {
 struct DampingRoom {
   Array<float> q;                               // A p
   Array<float> inverse_mass;                    // 1/kg; 0 of held vertices
-  Picks<1, 2> edges, far;                       // of vertices, for the lists in Elements; the own slice comes first
-  Picks<3, 2> corners;                          // of vertices, for blocks of facets or membranes
-  Picks<1, 3> beside;                           // of rates, for sides
   Array<float> membrane_parts[damped_at_once];  // records, by place
   Array<float> pushes[damped_at_once];          // [place]: pushes_of_facet
   Array<float> facet_normals;                   // [16 (3 block + c) + lane]

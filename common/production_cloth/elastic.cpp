@@ -203,6 +203,16 @@ void add_facets(const Topology& topology, const Vectors<double>& rest, Elements<
     for (int k = 0; k < 2; ++k) e.hinge_side.at(h, k) = e.hinge_side.at(e.hinges - 1, k);
 }
 
+// Lane 0's vector of each group.
+auto first_of(const Array<std::int32_t>& at, int together) {
+  return [&at, together](std::size_t group) { return at[lanes * together * group] / lanes; };
+}
+Picks<1, 2> picks_of_lists(const Slices& lists) {
+  std::vector<std::int32_t> slice_of;  // [item]
+  for (std::size_t s = 0; s + 1 < lists.first.size(); ++s) slice_of.resize(lists.first[s + 1], static_cast<int>(s));
+  return make_picks<1, 2>(lists.at, slice_vectors, [&](std::size_t item) { return slice_of[item]; });
+}
+
 }  // namespace
 
 template <class Real>
@@ -222,6 +232,10 @@ Elements<Real> make_elements(const Topology& topology, const Vectors<double>& re
   e.facet_at.resize(e.corners_at.at.size());
   for (std::size_t k = 0; k < e.facet_at.size(); ++k)
     if (const int place = e.corners_at.at[k]; place < e.last_place()) e.facet_at[k] = e.triangle_of(place);
+  e.edge_picks = picks_of_lists(e.edges_at), e.far_picks = picks_of_lists(e.far_at);
+  const Array<std::int32_t>& corners = e.facets > 0 ? e.facet_corner : e.membrane_corner.value;
+  e.corner_picks = make_picks<3, 2>(corners, slice_vectors, first_of(corners, 3));
+  e.beside_picks = make_picks<1, 3>(e.beside, 1, first_of(e.beside, 1));
   return e;
 }
 

@@ -21,6 +21,7 @@
 #include "common/blocked.h"
 #include "common/production_cloth/cloth.h"
 #include "common/production_cloth/element_forces.h"
+#include "common/production_cloth/picks.h"
 
 namespace lockstep::production_cloth {
 
@@ -72,6 +73,13 @@ struct Elements {
   Slices corners_at;             // the places of each vertex's corners, of facets or membranes, in their order
   Array<std::int32_t> facet_at;  // the facet of each corner in corners_at; 0 of what fills up
 
+  // What openmp picks from vectors of vertices, three a slice, whose component c of lane l of slice s stands at
+  // 16 (3 s + c) + l: for edges_at and far_at, where the own slice comes first, and for the corners of blocks of facets
+  // or membranes. And of numbers by place: for `beside`.
+  Picks<1, 2> edge_picks, far_picks;
+  Picks<3, 2> corner_picks;
+  Picks<1, 3> beside_picks;
+
   static int place_of(int triangle, int c) { return (triangle / lanes * 3 + c) * lanes + triangle % lanes; }
   static int triangle_of(int place) { return place / (3 * lanes) * lanes + place % lanes; }
   int slices() const { return (vertices + lanes - 1) / lanes; }
@@ -91,12 +99,14 @@ template <class Real>
 struct State {
   // Of springs, the direction times root_of_damping: serial [3 edge + c], openmp [16 (3 item + c) + lane].
   Array<Real> along;
-  Blocked<Real> deformation;           // 6: F by columns, of membranes
-  Array<Facet<Real>> facets;           // serial: of each triangle
-  Array<Real> normals, cotangents;     // openmp: of facets, normal and size, four numbers each; [place]: `at`
-  Array<Real> resistance;              // [place] to a rate, of each side's hinge; 0 where there is none
-  Array<Real> torque;                  // serial's scratch: likewise, what the hinge resists with
-  Array<Real> records, parts, pushes;  // openmp's scratch: positions and membranes' parts, four numbers each; [place]
+  Blocked<Real> deformation;        // 6: F by columns, of membranes
+  Array<Facet<Real>> facets;        // serial: of each triangle
+  Array<Real> normals, cotangents;  // openmp: of facets, normal and size, four numbers each; [place]: `at`
+  Array<Real> resistance;           // [place] to a rate, of each side's hinge; 0 where there is none
+  Array<Real> torque;               // serial's scratch: likewise, what the hinge resists with
+  // openmp's scratch: positions by slices, three vectors each; the contrasts' positions, and membranes' parts, four
+  // numbers each; [place].
+  Array<Real> slices, records, parts, pushes;
 };
 
 // --- Shared by the two versions' make_state

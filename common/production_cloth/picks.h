@@ -17,6 +17,8 @@
 
 namespace lockstep::production_cloth {
 
+inline constexpr int slice_vectors = 3;  // of a slice of a vector of vertices
+
 // Of groups of `together` sixteens, which share the vectors that they load: those of most groups are `pairs` pairs.
 template <int together, int pairs>
 struct Picks {

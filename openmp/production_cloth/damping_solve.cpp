@@ -52,14 +52,14 @@ template <std::size_t count>
 using Pulls = std::array<Vector3<floatv>, count>;
 
 template <class Springs, class Bending, std::size_t count>
-LOCKSTEP_INLINE Pulls<count> add_links(const Elements<Real>& elements, const State<Real>& state,
-                                       const DampingRoom& room, const Inputs<count>& v, int slice) {
+LOCKSTEP_INLINE Pulls<count> add_links(const Elements<Real>& elements, const State<Real>& state, const Inputs<count>& v,
+                                       int slice) {
   const floatv bend_damping = elements.bend_damping;
   Pulls<count> own, sum;
   for (std::size_t p = 0; p < count; ++p) own[p] = record(v[p], slice), sum[p] = {0.f, 0.f, 0.f};
   for (std::size_t k = elements.edges_at.first[slice]; k < std::size_t(elements.edges_at.first[slice + 1]); ++k)
     for (std::size_t p = 0; p < count; ++p) {
-      const Vector3<floatv> d = pick_vectors(room.edges, k, v[p].data(), own[p])[0] - own[p];
+      const Vector3<floatv> d = pick_vectors(elements.edge_picks, k, v[p].data(), own[p])[0] - own[p];
       Vector3<floatv> part = {0.f, 0.f, 0.f};
       if constexpr (Bending::value) part = (bend_damping * load(&elements.edge_bending_at[lanes * k])) * d;
       if constexpr (Springs::value) {
@@ -74,14 +74,8 @@ LOCKSTEP_INLINE Pulls<count> add_links(const Elements<Real>& elements, const Sta
     for (std::size_t k = elements.far_at.first[slice]; k < std::size_t(elements.far_at.first[slice + 1]); ++k)
       for (std::size_t p = 0; p < count; ++p)
         sum[p] = sum[p] + (bend_damping * load(&elements.far_bending_at[lanes * k])) *
-                              (pick_vectors(room.far, k, v[p].data(), own[p])[0] - own[p]);
+                              (pick_vectors(elements.far_picks, k, v[p].data(), own[p])[0] - own[p]);
   return sum;
-}
-
-// What the corners of a block of triangles have of a vector.
-LOCKSTEP_INLINE std::array<Vector3<floatv>, 3> corners_of(const DampingRoom& room, const Real* v, int block) {
-  const std::ptrdiff_t first = room.corners.vector[room.corners.first[block]];
-  return pick_vectors(room.corners, block, v, load_three(v + lanes * first));
 }
 
 // The parts of membranes. A team calls it.
@@ -95,7 +89,7 @@ void store_membranes(const Elements<Real>& elements, const State<Real>& state, c
     const Membrane<floatv> membrane = membrane_of<floatv>(elements, field);
     const Columns<floatv> f = {load_fields(state.deformation, block, 0), load_fields(state.deformation, block, 3)};
     for (std::size_t p = 0; p < count; ++p) {
-      const auto x = corners_of(room, v[p].data(), block);
+      const auto x = pick_corners(elements, v[p].data(), block);
       store_parts(damping_of_membrane<floatv>(elements, membrane, f, x[0], x[1], x[2]),
                   &room.membrane_parts[p][membrane_parts(block)]);
     }
@@ -115,7 +109,7 @@ void store_pushes(const Elements<Real>& elements, const State<Real>& state, cons
     if constexpr (is_first) store_three(kept, load_sixteen(&state.normals[facet_records(block)]));
     const Vector3<floatv> normal = load_three(kept);
     for (std::size_t p = 0; p < count; ++p) {
-      const auto x = corners_of(room, v[p].data(), block);
+      const auto x = pick_corners(elements, v[p].data(), block);
       const Sides<floatv> rate = rates_of_facet(normal, cotangents, x[0], x[1], x[2]);
       for (int c = 0; c < 3; ++c) store(&rates[p][corner_place(block, c)], rate.of[c]);
     }
@@ -129,7 +123,7 @@ void store_pushes(const Elements<Real>& elements, const State<Real>& state, cons
       const auto torque = [&](int c) {
         const std::size_t side = corner_place(block, c);
         return load(&state.resistance[side]) *
-               (load(&rates[p][side]) + pick_numbers(room.beside, side / lanes, rates[p].data()));
+               (load(&rates[p][side]) + pick_numbers(elements.beside_picks, side / lanes, rates[p].data()));
       };
       const Sides<floatv> push = pushes_of_facet(cotangents, {torque(0), torque(1), torque(2)});
       for (int c = 0; c < 3; ++c) store(&room.pushes[p][corner_place(block, c)], push.of[c]);
@@ -159,7 +153,7 @@ void damp(const Elements<Real>& elements, const State<Real>& state, const Inputs
     for_each_slice(
         elements.slices(), room.sums,
         which, [&](int slice, std::array<Products, sums>& products) __attribute__((always_inline)) {
-          Pulls<count> pulls = add_links<decltype(springs), decltype(bending)>(elements, state, room, v, slice);
+          Pulls<count> pulls = add_links<decltype(springs), decltype(bending)>(elements, state, v, slice);
           if (elements.membranes > 0)
             for (std::size_t p = 0; p < count; ++p)
               pulls[p] = add_parts(elements.corners_at, room.membrane_parts[p].data(), slice, pulls[p]);
@@ -167,17 +161,6 @@ void damp(const Elements<Real>& elements, const State<Real>& state, const Inputs
           row(slice, pulls, products);
         });
   });
-}
-
-// Lane 0's vector of each group.
-auto first_of(const Array<std::int32_t>& at, int together) {
-  return [&at, together](std::size_t group) { return at[lanes * together * group] / lanes; };
-}
-// Of the vertices in slices' lists.
-Picks<1, 2> picks_of_lists(const Slices& lists) {
-  std::vector<std::int32_t> slice_of;  // [item]
-  for (std::size_t s = 0; s + 1 < lists.first.size(); ++s) slice_of.resize(lists.first[s + 1], static_cast<int>(s));
-  return make_picks<1, 2>(lists.at, slice_vectors, [&](std::size_t item) { return slice_of[item]; });
 }
 
 }  // namespace
@@ -188,10 +171,6 @@ DampingMemory<Real> make_damping_memory(const Elements<Real>& elements) {
   DampingMemory<Real> memory = {.b = none, .x = none, .guess = none, .rates = {sides, sides}, .pulls = {}};
   DampingRoom& room = memory.room;
   room.q = none, room.inverse_mass.resize(lanes * static_cast<std::size_t>(slices));
-  room.edges = picks_of_lists(elements.edges_at), room.far = picks_of_lists(elements.far_at);
-  const Array<std::int32_t>& corners = elements.facets > 0 ? elements.facet_corner : elements.membrane_corner.value;
-  room.corners = make_picks<3, 2>(corners, slice_vectors, first_of(corners, 3));
-  room.beside = make_picks<1, 3>(elements.beside, 1, first_of(elements.beside, 1));
   for (int p = 0; p < damped_at_once; ++p)
     room.membrane_parts[p] = make_parts(elements), room.pushes[p] = make_pushes(elements);
   if (elements.facets > 0) room.facet_normals = sides, room.normals.resize(3 * elements.corners_at.at.size());

@@ -14,11 +14,6 @@ inline std::size_t corner_place(int block, int c) { return lanes * (3 * static_c
 // Where a block's records of a normal and a size begin.
 inline std::size_t facet_records(int block) { return 4 * lanes * static_cast<std::size_t>(block); }
 
-LOCKSTEP_INLINE Vector3<floatv> facet_corners(const Elements<float>& elements, std::span<const float> records,
-                                              int block, int c) {
-  return load_records_at(records.data(), &elements.facet_corner[corner_place(block, c)]);
-}
-
 LOCKSTEP_INLINE Vector3<floatv> normals_of(const Quads& facets) {
   return {facets.field[0], facets.field[1], facets.field[2]};
 }
@@ -41,12 +36,13 @@ struct AtPlaces {
   }
 };
 
-// What sixteen triangles push their corners with; keep(c, resistance) is called for side c. own: normals and sizes.
+// What sixteen triangles push their corners with; keep(c, resistance) is called for side c. x: positions of corners;
+// own: normals and sizes.
 template <class At, class Keep>
 LOCKSTEP_INLINE Sides<floatv> pushes_of_facets(const Elements<float>& elements, const State<float>& state,
-                                               const Quads& own, const At& at, const Keep& keep) {
-  const auto x = [&](int c) { return load_records_at(state.records.data(), &at.indices(elements.facet_corner, c)[0]); };
-  const Vector3<floatv> x0 = x(0), x1 = x(1), x2 = x(2);
+                                               const std::array<Vector3<floatv>, 3>& x, const Quads& own, const At& at,
+                                               const Keep& keep) {
+  const auto& [x0, x1, x2] = x;
   const auto torque = [&](int c, const Vector3<floatv>& e) {
     const Quads beside = load_quads(state.normals.data(), &at.indices(elements.facet_beside, c)[0]);
     const Resistance<floatv> hinge =

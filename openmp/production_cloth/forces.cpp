@@ -4,7 +4,8 @@
 // So a vertex goes through its links itself, sixteen vertices at once: a link is computed twice, once from either end,
 // where it has the same bits but for the sign. Membranes, which would be computed three times, are taken sixteen at a
 // time and store their parts; folding triangles store what they push their corners with. A hinge is computed twice,
-// from either side, and has the same bits. Vertices add up in the order of the elements: the serial bits.
+// from either side, and has the same bits. Vertices add up in the order of the elements: the serial bits. Neighbours
+// and corners are picked from the slices that they stand in (picks.h).
 //
 // Three contrasts. A vertex computes membranes and hinges itself: the same bits, and nothing but facets is stored.
 // Elements in colours add to their vertices at once, sixteen together. Or threads add each part under its vertex's lock
@@ -17,6 +18,7 @@
 
 #include "common/real.h"
 #include "openmp/production_cloth/facets.h"
+#include "openmp/production_cloth/picks.h"
 #include "openmp/share.h"
 
 namespace lockstep::production_cloth::openmp {
@@ -24,11 +26,11 @@ namespace {
 
 template <class Springs, class Bending>
 LOCKSTEP_INLINE Vector3<floatv> add_links(const Elements<Real>& elements, int slice, State<Real>& state) {
-  const Real* const records = state.records.data();
-  const Vector3<floatv> own = load_sixteen(records + 4 * lanes * static_cast<std::size_t>(slice));
+  const Real* const slices = state.slices.data();
+  const Vector3<floatv> own = load_three(slices + lanes * slice_vectors * std::size_t(slice));
   Vector3<floatv> sum = {0.f, 0.f, 0.f};
   for (std::size_t k = elements.edges_at.first[slice]; k < std::size_t(elements.edges_at.first[slice + 1]); ++k) {
-    const Vector3<floatv> d = load_records_at(records, &elements.edges_at.at[lanes * k]) - own;
+    const Vector3<floatv> d = pick_vectors(elements.edge_picks, k, slices, own)[0] - own;
     Vector3<floatv> part = {0.f, 0.f, 0.f};
     if constexpr (Bending::value) part = load(&elements.edge_bending_at[lanes * k]) * d;
     if constexpr (Springs::value) {
@@ -42,15 +44,15 @@ LOCKSTEP_INLINE Vector3<floatv> add_links(const Elements<Real>& elements, int sl
   }
   if constexpr (Bending::value)
     for (std::size_t k = elements.far_at.first[slice]; k < std::size_t(elements.far_at.first[slice + 1]); ++k)
-      sum = sum + load(&elements.far_bending_at[lanes * k]) *
-                      (load_records_at(records, &elements.far_at.at[lanes * k]) - own);
+      sum =
+          sum + load(&elements.far_bending_at[lanes * k]) * (pick_vectors(elements.far_picks, k, slices, own)[0] - own);
   return sum;
 }
 
-Parts<floatv, 3> parts_of_membranes(const Elements<Real>& elements, const Real* records, int block,
+// x: positions of corners.
+Parts<floatv, 3> parts_of_membranes(const Elements<Real>& elements, const std::array<Vector3<floatv>, 3>& x, int block,
                                     Columns<floatv>& f) {
-  const auto x = [&](int c) { return load_records_at(records, elements.membrane_corner.vector(block, c)); };
-  const Vector3<floatv> x0 = x(0), x1 = x(1), x2 = x(2);
+  const auto& [x0, x1, x2] = x;
   const Membrane<floatv> m =
       membrane_of<floatv>(elements, [&](const Blocked<Real>& array, int k) { return load(array.vector(block, k)); });
   f = deformation_of(m, x1 - x0, x2 - x0);
@@ -62,8 +64,8 @@ void set_facets(const Elements<Real>& elements, State<Real>& state) {
   // A block writes its own facets.
 #pragma omp for schedule(static)
   for (int block = 0; block < elements.facet_blocks(); ++block) {
-    const auto x = [&](int c) { return facet_corners(elements, state.records, block, c); };
-    const Facet<floatv> facet = facet_of(x(0), x(1), x(2));
+    const auto [x0, x1, x2] = pick_corners(elements, state.slices.data(), block);
+    const Facet<floatv> facet = facet_of(x0, x1, x2);
     store_sixteen(&state.normals[facet_records(block)], facet.normal, facet.size);
     for (int c = 0; c < 3; ++c) store(&state.cotangents[corner_place(block, c)], facet.at[c]);
   }
@@ -75,7 +77,8 @@ void store_pushes(const Elements<Real>& elements, State<Real>& state) {
   for (int block = 0; block < elements.facet_blocks(); ++block) {
     const Quads own = load_sixteen_quads(&state.normals[facet_records(block)]);
     const auto keep = [&](int c, floatv resistance) { store(&state.resistance[corner_place(block, c)], resistance); };
-    const Sides<floatv> push = pushes_of_facets(elements, state, own, OfBlock{block}, keep);
+    const auto x = pick_corners(elements, state.slices.data(), block);
+    const Sides<floatv> push = pushes_of_facets(elements, state, x, own, OfBlock{block}, keep);
     for (int c = 0; c < 3; ++c) store(&state.pushes[corner_place(block, c)], push.of[c]);
   }
 }
@@ -85,7 +88,8 @@ void store_membranes(const Elements<Real>& elements, State<Real>& state) {
 #pragma omp for schedule(static) nowait
   for (int block = 0; block < elements.membrane_corner_blocks(); ++block) {
     Columns<floatv> f;
-    store_parts(parts_of_membranes(elements, state.records.data(), block, f), &state.parts[membrane_parts(block)]);
+    const auto x = pick_corners(elements, state.slices.data(), block);
+    store_parts(parts_of_membranes(elements, x, block, f), &state.parts[membrane_parts(block)]);
     store_fields(state.deformation, block, 0, f.x), store_fields(state.deformation, block, 3, f.y);
   }
 }
@@ -97,6 +101,7 @@ State<Real> make_state(const Elements<Real>& elements) {
   if (elements.has_springs) state.along.resize(3 * elements.edges_at.at.size());
   state.normals.resize(4 * lanes * std::size_t(elements.facet_blocks()));
   state.cotangents.resize(state.resistance.size());
+  state.slices.resize(lanes * slice_vectors * std::size_t(elements.slices()));
   state.records = make_records(elements), state.parts = make_parts(elements), state.pushes = make_pushes(elements);
   return state;
 }
@@ -107,7 +112,7 @@ void forces(const Elements<Real>& elements, const Vectors<Real>& position, State
   with_links_of(elements, [&](auto springs, auto bending) {
 #pragma omp parallel
     {
-      pack(elements, position, state.records);
+      pack_slices(elements, position, state.slices);
       if (elements.membranes > 0) store_membranes(elements, state);
       if (elements.facets > 0) set_facets(elements, state), store_pushes(elements, state);
       // Parts and pushes of other threads' blocks are read below.
@@ -161,7 +166,7 @@ void forces_locks(const Elements<Real>& elements, const Vectors<Real>& position,
   const Real* const records = state.records.data();
 #pragma omp parallel
   {
-    pack(elements, position, state.records);
+    pack(elements, position, state.records), pack_slices(elements, position, state.slices);
     set_facets(elements, state), store_pushes(elements, state);
     // A vertex is written under its lock, as below. Threads with whole directions of links would meet at each vertex.
 #pragma omp for schedule(static, 256) nowait
@@ -174,7 +179,8 @@ void forces_locks(const Elements<Real>& elements, const Vectors<Real>& position,
 #pragma omp for schedule(static) nowait
     for (int block = 0; block < elements.membrane_corner_blocks(); ++block) {
       Columns<floatv> f;
-      const Parts<floatv, 3> parts = parts_of_membranes(elements, records, block, f);
+      const auto x = pick_corners(elements, state.slices.data(), block);
+      const Parts<floatv, 3> parts = parts_of_membranes(elements, x, block, f);
       for (int c = 0; c < 3; ++c)
         add_under_locks(elements.membrane_corner.vector(block, c), parts.of[c], elements.membranes - lanes * block,
                         locks, force);
@@ -192,20 +198,6 @@ void forces_locks(const Elements<Real>& elements, const Vectors<Real>& position,
 }
 
 namespace {
-
-// Fields of elements, and the positions of their corners.
-template <class Index>
-LOCKSTEP_INLINE floatv field_of(const Blocked<Real>& array, const Index& element, int field) {
-  Real of_lanes[lanes];
-  for (int l = 0; l < lanes; ++l) of_lanes[l] = array.at(element[l], field);
-  return load(of_lanes);
-}
-template <class Index>
-LOCKSTEP_INLINE Vector3<floatv> corner_of(const Blocked<std::int32_t>& corners, const Index& element, int c,
-                                          const Real* records, std::int32_t* vertex) {
-  for (int l = 0; l < lanes; ++l) vertex[l] = corners.at(element[l], c);
-  return load_records_at(records, vertex);
-}
 
 // The parts of sixteen membranes; vertex[c]: their corners.
 template <class Index>
@@ -244,7 +236,10 @@ Vector3<floatv> add_elements(const Elements<Real>& elements, const State<Real>& 
   if (elements.facets > 0)
     for_each_corner([&](const std::int32_t* facet, const AtPlaces& at, intv corner, maskv are_meant) {
       const Quads own = load_quads(state.normals.data(), facet);
-      const Sides<floatv> all = pushes_of_facets(elements, state, own, at, [](int, floatv) {});
+      const auto x = [&](int c) {
+        return load_records_at(state.records.data(), &at.indices(elements.facet_corner, c)[0]);
+      };
+      const Sides<floatv> all = pushes_of_facets(elements, state, {x(0), x(1), x(2)}, own, at, [](int, floatv) {});
       const floatv push = select(corner == 0, all.of[0], select(corner == 1, all.of[1], all.of[2]));
       sum = sum + select(are_meant, push, floatv(0.f)) * normals_of(own);
     });
@@ -281,7 +276,7 @@ void forces_recompute(const Elements<Real>& elements, const Vectors<Real>& posit
   with_links_of(elements, [&](auto springs, auto bending) {
 #pragma omp parallel
     {
-      pack(elements, position, state.records);
+      pack(elements, position, state.records), pack_slices(elements, position, state.slices);
       set_facets(elements, state);
       // A slice writes its own vertices' forces, and the directions of its own links.
 #pragma omp for schedule(static)
@@ -302,7 +297,7 @@ void forces_colours(const Elements<Real>& elements, const Colours& colours, cons
   const Vector3<Real*> f = pointers(force);
 #pragma omp parallel
   {
-    pack(elements, position, state.records);
+    pack(elements, position, state.records), pack_slices(elements, position, state.slices);
     set_facets(elements, state), store_pushes(elements, state);
     for_each_colour(colours.links, [&](const std::int32_t* link, maskv inside) {
       const intv k = load(link);

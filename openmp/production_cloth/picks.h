@@ -3,19 +3,27 @@
 
 #include <array>
 
-#include "common/production_cloth/picks.h"
+#include "common/production_cloth/elastic.h"
 #include "common/simd_records.h"
 #include "openmp/vector_lanes.h"
 
 namespace lockstep::production_cloth::openmp {
 
-// Of a slice of vertices three vectors of lanes, side by side.
-constexpr int slice_vectors = 3;
+// A slice of vertices: three vectors of lanes, side by side.
 LOCKSTEP_INLINE Vector3<floatv> load_three(const float* from) {
   return {load(from), load(from + lanes), load(from + 2 * lanes)};
 }
 LOCKSTEP_INLINE void store_three(float* to, const Vector3<floatv>& v) {
   store(to, v.x), store(to + lanes, v.y), store(to + 2 * lanes, v.z);
+}
+
+// Positions by slices. Called by all threads of a team.
+inline void pack_slices(const Elements<float>& elements, const Vectors<float>& position, Array<float>& slices) {
+  const Vector3<const float*> x = pointers(position);
+  // A slice writes its own vectors.
+#pragma omp for schedule(static)
+  for (int slice = 0; slice < elements.slices(); ++slice)
+    store_three(&slices[lanes * slice_vectors * static_cast<std::size_t>(slice)], load(x, lanes * slice));
 }
 
 LOCKSTEP_INLINE Vector3<floatv> choose(const Vector3<floatv>& a, const Vector3<floatv>& b, intv k) {
@@ -51,6 +59,13 @@ LOCKSTEP_INLINE std::array<Vector3<floatv>, together> pick_vectors(const Picks<t
                                                                    std::size_t group, const float* x,
                                                                    const Vector3<floatv>& own) {
   return pick(picks, group, own, [&](int vector) { return load_three(x + lanes * std::ptrdiff_t(vector)); });
+}
+
+// Of the corners of a block of triangles.
+LOCKSTEP_INLINE std::array<Vector3<floatv>, 3> pick_corners(const Elements<float>& elements, const float* x,
+                                                            int block) {
+  const std::ptrdiff_t first = elements.corner_picks.vector[elements.corner_picks.first[block]];
+  return pick_vectors(elements.corner_picks, block, x, load_three(x + lanes * first));
 }
 
 template <int pairs>
