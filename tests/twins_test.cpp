@@ -49,7 +49,7 @@ const std::map<std::string, int> floors = {
     {"production_cloth/ccd", 66},
     {"production_cloth/collide_bodies", 95},
     {"production_cloth/step", 94},
-    {"production_cloth/pairs", 70},
+    {"production_cloth/pairs", 83},
     {"production_cloth/damping_solve", 59},
     {"production_cloth/forces", 60},
     {"production_cloth/implicit_solve", 79},

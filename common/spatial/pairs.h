@@ -24,7 +24,8 @@ inline constexpr double max_pairs = 1 << 30;
 void require_pairs_fit(double pairs, double room);
 
 // Appends a pair. Throws as require_pairs_fit does.
-inline void add_pair(Pairs& pairs, const Pair& pair) {
+template <class Pair, class Allocator>
+void add_pair(std::vector<Pair, Allocator>& pairs, const Pair& pair) {
   const auto room = static_cast<double>(pairs.capacity());
   if (pairs.size() == pairs.capacity()) require_pairs_fit(2 * room, room);
   pairs.push_back(pair);

@@ -11,7 +11,6 @@
 // Source: [ITJ07] on the broad phase. The contract stands in common/production_cloth/pairs.h.
 #include "common/production_cloth/pairs.h"
 
-#include <array>
 #include <utility>
 
 #include "common/real.h"
@@ -22,82 +21,99 @@ namespace {
 
 using namespace spatial;
 
-// A tree, and those of its elements that one descent has reached, with the masks of whom they are no partners of;
-// then those that are someone's partners, with masks of whose.
+// A tree, and what a node of the other has reached in it: elements, with masks of whom they are no partners of; then
+// those that are someone's partners, with masks of whose.
 struct Reached {
   const Levels& levels;
   const Bounds<Real>& boxes;
   const Barred& barred;
-  int count = 0;
-  Array<std::int32_t> nodes = {}, above = {}, elements = {}, masks = {};
+  int blocks = 0, node_count = 0, count = 0;
+  Array<std::int32_t> block = {}, above = {}, nodes = {}, elements = {}, masks = {};
 
   Reached(const Levels& levels, const Bounds<Real>& boxes, const Barred& barred)
       : levels(levels), boxes(boxes), barred(barred) {
-    nodes.resize(padded(levels.nodes())), above.resize(padded(levels.nodes()));
+    const int most_blocks = levels.nodes() / tree_width + 1;
+    block.resize(padded(most_blocks)), above.resize(padded(most_blocks));
+    nodes.resize(padded(levels.nodes()));
     make_room(tree_width);
   }
 
-  // For `more` elements, and one that may be stored behind the last.
-  void make_room(int more) { elements.resize(padded(2 * more)), masks.resize(padded(2 * more)); }
+  // For `more` elements, and for one that may be stored behind the last.
+  void make_room(int more) {
+    for (Array<std::int32_t>* array : {&elements, &masks}) array->resize(padded(2 * more));
+  }
 
-  // The elements that overlap the box of a node of the other tree, of nodes from `from` on, level by level. What is
-  // reached is stored, and the next stored over it if it does not overlap: no branch depends on the boxes.
-  void descend(int node, const Box<Real>& box, int from) {
-    nodes[0] = 0, count = 1;
-    for (int level = levels.last(); level >= 1; --level) {
-      nodes.swap(above);
-      const int parents = std::exchange(count, 0);
-      for (int k = 0; k < parents; ++k)
-        for (int child = above[k] * tree_width; child < (above[k] + 1) * tree_width; ++child) {
-          const bool after = child >= from >> 4 * (level - 1);
-          const bool hit = after & overlap(box, boxes.box(levels.first[level] + child));
-          nodes[count] = child;
-          count += hit;
-        }
+  // Stores which of the sixteen children of a node overlap a box and are of nodes from `from` on. Says how many. Every
+  // child is stored, and the next over it if it is none of those: no branch depends on the boxes.
+  int children(int level, int parent, const Box<Real>& box, int from, std::int32_t* to) const {
+    const int child = parent * tree_width;
+    int count = 0;
+    for (int number = child; number < child + tree_width; ++number) {
+      const bool after = number >= from >> 4 * (level - 1);
+      const bool hit = after & overlap(box, boxes.box(levels.first[level] + number));
+      to[count] = number;
+      count += hit;
     }
-    const int reached = std::exchange(count, 0);
-    if (padded(reached * tree_width) > elements.size()) make_room(reached * tree_width);
-    const int bars_nothing = barred.first[node + 1] - 1;
-    for (int k = 0, row = barred.first[node]; k < reached; ++k) {
-      while (barred.node[row] < nodes[k]) ++row;
-      add(box, nodes[k], &barred.masks[tree_width * (barred.node[row] == nodes[k] ? row : bars_nothing)]);
+    return count;
+  }
+
+  // The blocks of sixteen nodes that overlap the box of a node, of nodes from `from` on, level by level.
+  void descend(const Box<Real>& box, int from) {
+    block[0] = 0, blocks = 1;
+    for (int level = levels.last(); level >= 2; --level) {
+      block.swap(above);
+      const int parents = std::exchange(blocks, 0);
+      for (int k = 0; k < parents; ++k) blocks += children(level, above[k], box, from, &block[blocks]);
     }
   }
 
-  void add(const Box<Real>& box, int node, const std::int32_t* masks_of_children) {
-    int count = this->count;  // which stays in a register
+  // The nodes of these blocks that overlap it.
+  void reach_nodes(const Box<Real>& box, int from) {
+    int to = 0;
+    for (int k = 0; k < blocks; ++k) to += children(1, block[k], box, from, &nodes[to]);
+    node_count = to;
+  }
+
+  // The elements of these nodes that overlap it. The node is that of the other tree.
+  void reach_elements(int node, const Box<Real>& box) {
+    const int bars_nothing = barred.first[node + 1] - 1;
+    int to = 0;
+    for (int k = 0, row = barred.first[node]; k < node_count; ++k) {
+      while (barred.node[row] < nodes[k]) ++row;
+      add(box, nodes[k], &barred.masks[tree_width * (barred.node[row] == nodes[k] ? row : bars_nothing)], to);
+    }
+    count = to;
+  }
+
+  void add(const Box<Real>& box, int node, const std::int32_t* masks_of_children, int& count) {
     for (int c = 0; c < tree_width; ++c) {
       const int child = node * tree_width + c;
       const bool hit = overlap(box, boxes.box(child));
-      elements[count] = child, masks[count] = masks_of_children[c];
+      elements[count] = child;
+      masks[count] = masks_of_children[c];
       count += hit;
     }
-    this->count = count;
   }
 
   // Keeps those that are partners of some of sixteen elements from the first on. The compiler makes vectors of the loop
   // over the sixteen.
-  void keep_partners(const Bounds<Real>& boxes_a, int first) {
+  void keep_partners(const Bounds<Real>& boxes_a, int first_a) {
     std::int32_t *const element = elements.data(), *const mask = masks.data();
+    const int n = count;
     int kept = 0;
-    for (int k = 0; k < count; ++k) {
+    for (int k = 0; k < n; ++k) {
       const int b = element[k];
       const Box<Real> box = boxes.box(b);
       int partners = 0;
-      for (int i = 0; i < tree_width; ++i) partners |= overlap(boxes_a.box(first + i), box) << i;
+      for (int i = 0; i < tree_width; ++i) partners |= overlap(boxes_a.box(first_a + i), box) << i;
       partners &= ~mask[k];
-      element[kept] = b, mask[kept] = partners;
+      element[kept] = b;
+      mask[kept] = partners;
       kept += partners != 0;
     }
     count = kept;
   }
 };
-
-void add_pair(Array<ElementPair>& pairs, const ElementPair& pair) {
-  const auto room = static_cast<double>(pairs.capacity());
-  if (pairs.size() == pairs.capacity()) require_pairs_fit(2 * room, room);
-  pairs.push_back(pair);
-}
 
 // Finds the pairs of elements of two trees, or of one.
 void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& levels_b, const Bounds<Real>& boxes_b,
@@ -107,8 +123,14 @@ void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& lev
   Array<std::int32_t> partners;
   pairs.clear();
   for (int node = 0; node < levels_a.nodes(); ++node) {
-    reached.descend(node, boxes_a.box(levels_a.first[1] + node), same ? node : 0);
+    const Box<Real> box = boxes_a.box(levels_a.first[1] + node);
+    reached.descend(box, same ? node : 0);
+    reached.reach_nodes(box, same ? node : 0);
+    const int most = reached.node_count * tree_width;
+    if (padded(most) > reached.elements.size()) reached.make_room(most);
+    reached.reach_elements(node, box);
     reached.keep_partners(boxes_a, node * tree_width);
+
     const std::int32_t *const elements = reached.elements.data(), *const masks = reached.masks.data();
     const int count = reached.count;
     partners.resize(count + 1);
