@@ -32,11 +32,14 @@ struct Repeatable {
   double data = 0;
 };
 
-// Records the work once more on `cores`.
-void record_once(const Repeatable& what, int cores, const Model& model, Records& records);
+// The work on `cores`, recorded once.
+Record record_once(const Repeatable& what, int cores, const Model& model);
 
-// What the records come to by the model.
-Replayed replay(const Records& records, const Repeatable& what, const Model& model);
+// The record replayed by the model.
+Replayed replay(const Record& record, const Repeatable& what, const Model& model);
+
+// Takes the place of `least`, which starts with an infinite total, if it is shorter.
+void keep_shorter(Replayed& least, const Replayed& replayed);
 
 // The fields of a row that come from the model: modelled_ms, compute_ms, memory_ms and the shares of the cores' time.
 nlohmann::ordered_json fields_of(const Replayed& replayed, const Repeatable& what, int cores, const Model& model);
@@ -52,6 +55,7 @@ struct Effort {
 Effort effort_of(const ReportOptions& options);
 
 // A row: cores; modelled_ms, which is the larger of compute_ms and memory_ms; the shares of the cores' time (replay.h);
+// undisturbed_ms, likewise of the least of each stretch of all records (Records);
 // and, if the machine has that many cores and the model is its own, measured_ms, off_by, which is
 // modelled / measured - 1, and whole_cores, which says whether enough of the measured runs had the cores that they
 // asked for (samples.h). The row keeps the least disturbed of the recorded and of the measured runs, because other work

@@ -1,6 +1,7 @@
 #include "verify/sizes.h"
 
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -45,15 +46,16 @@ void problem_sizes(const FigureOptions& options, const Model& model, RowsOf& row
           progress("problem sizes: " + selected.kernel.name + ", " + named.scene);
           if (!run) run = selected.kernel.make(selected.scene_path);
           const Repeatable what = {run->reset, run->openmp, run->work.bytes, run->work.data};
-          Records records;
+          Replayed least = {.total = std::numeric_limits<double>::infinity()};
           const double enough = now() + seconds;
           const auto wanted = [&](int made) {
             if (options.quick) return made < 1;
             return made < least_records || (made < most_records && now() < enough);
           };
-          for (int made = 0; wanted(made); ++made) record_once(what, cores, model, records);
+          for (int made = 0; wanted(made); ++made)
+            keep_shorter(least, replay(record_once(what, cores, model), what, model));
           Rows row = {{"items", run->work.items}, {"unit", run->work.unit}};
-          row.update(fields_of(replay(records, what, model), what, cores, model));
+          row.update(fields_of(least, what, cores, model));
           return row;
         });
     }
