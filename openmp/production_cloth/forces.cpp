@@ -17,6 +17,7 @@
 #include <algorithm>
 
 #include "common/real.h"
+#include "openmp/production_cloth/colours.h"
 #include "openmp/production_cloth/facets.h"
 #include "openmp/production_cloth/picks.h"
 #include "openmp/share.h"
@@ -64,8 +65,8 @@ void set_facets(const Elements<Real>& elements, State<Real>& state) {
   // A block writes its own facets.
 #pragma omp for schedule(static)
   for (int block = 0; block < elements.facet_blocks(); ++block) {
-    const auto [x0, x1, x2] = pick_corners(elements, state.slices.data(), block);
-    const Facet<floatv> facet = facet_of(x0, x1, x2);
+    const auto x = pick_corners(elements, state.slices.data(), block);
+    const Facet<floatv> facet = facet_of(x[0], x[1], x[2]);
     store_sixteen(&state.normals[facet_records(block)], facet.normal, facet.size);
     for (int c = 0; c < 3; ++c) store(&state.cotangents[corner_place(block, c)], facet.at[c]);
   }
@@ -199,6 +200,20 @@ void forces_locks(const Elements<Real>& elements, const Vectors<Real>& position,
 
 namespace {
 
+// Fields of elements, and the positions of their corners.
+template <class Index>
+LOCKSTEP_INLINE floatv field_of(const Blocked<Real>& array, const Index& element, int field) {
+  Real of_lanes[lanes];
+  for (int l = 0; l < lanes; ++l) of_lanes[l] = array.at(element[l], field);
+  return load(of_lanes);
+}
+template <class Index>
+LOCKSTEP_INLINE Vector3<floatv> corner_of(const Blocked<std::int32_t>& corners, const Index& element, int c,
+                                          const Real* records, std::int32_t* vertex) {
+  for (int l = 0; l < lanes; ++l) vertex[l] = corners.at(element[l], c);
+  return load_records_at(records, vertex);
+}
+
 // The parts of sixteen membranes; vertex[c]: their corners.
 template <class Index>
 Parts<floatv, 3> parts_of_membranes_at(const Elements<Real>& elements, const Index& element, const Real* records,
@@ -250,22 +265,6 @@ Vector3<floatv> add_elements(const Elements<Real>& elements, const State<Real>& 
 LOCKSTEP_INLINE void add_at(Real* force, const std::int32_t* vertex, const Vector3<floatv>& part, maskv mask) {
   const Vector3<floatv> sum = load_records_at(force, vertex) + part;
   store_quads(force, vertex, {{sum.x, sum.y, sum.z, floatv(0.f)}}, mask);
-}
-
-// Calls add(elements of sixteen lanes, which lanes are meant) for all elements, colour after colour; lanes beyond a
-// colour's last repeat it, whose vertices no other thread writes. A team calls it.
-template <class Add>
-void for_each_colour(const Batches& colours, const Add& add) {
-  for (int colour = 0; colour < colours.count(); ++colour) {
-    const int begin = colours.begin[colour], end = colours.begin[colour + 1];
-    // Elements of a colour have no vertex in common. The barrier ends the colour.
-#pragma omp for schedule(static)
-    for (int k = begin; k < end; k += lanes) {
-      std::int32_t element[lanes];
-      for (int l = 0; l < lanes; ++l) element[l] = colours.order[std::min(k + l, end - 1)];
-      add(element, first_lanes(end - k));
-    }
-  }
 }
 
 }  // namespace

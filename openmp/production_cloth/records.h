@@ -32,20 +32,6 @@ LOCKSTEP_INLINE void store_parts(const Parts<floatv, corners>& parts, float* rec
   for (int c = 0; c < corners; ++c) store_sixteen(records + 4 * lanes * c, parts.of[c]);
 }
 
-// Fields of elements that lanes choose, and the positions of their corners.
-template <class Index>
-LOCKSTEP_INLINE floatv field_of(const Blocked<float>& array, const Index& element, int field) {
-  float of_lanes[lanes];
-  for (int l = 0; l < lanes; ++l) of_lanes[l] = array.at(element[l], field);
-  return load(of_lanes);
-}
-template <class Index>
-LOCKSTEP_INLINE Vector3<floatv> corner_of(const Blocked<std::int32_t>& corners, const Index& element, int c,
-                                          const float* records, std::int32_t* vertex) {
-  for (int l = 0; l < lanes; ++l) vertex[l] = corners.at(element[l], c);
-  return load_records_at(records, vertex);
-}
-
 // Adds up the parts of a slice's vertices, in their order.
 LOCKSTEP_INLINE Vector3<floatv> add_parts(const Slices& corners_at, const float* records, int slice,
                                           Vector3<floatv> sum) {
