@@ -53,7 +53,7 @@ LOCKSTEP_INLINE Vector3<floatv> add_links(const Elements<Real>& elements, int sl
 // x: positions of corners.
 Parts<floatv, 3> parts_of_membranes(const Elements<Real>& elements, const std::array<Vector3<floatv>, 3>& x, int block,
                                     Columns<floatv>& f) {
-  const auto& [x0, x1, x2] = x;
+  const Vector3<floatv> x0 = x[0], x1 = x[1], x2 = x[2];
   const Membrane<floatv> m =
       membrane_of<floatv>(elements, [&](const Blocked<Real>& array, int k) { return load(array.vector(block, k)); });
   f = deformation_of(m, x1 - x0, x2 - x0);
@@ -65,8 +65,9 @@ void set_facets(const Elements<Real>& elements, State<Real>& state) {
   // A block writes its own facets.
 #pragma omp for schedule(static)
   for (int block = 0; block < elements.facet_blocks(); ++block) {
-    const auto x = pick_corners(elements, state.slices.data(), block);
-    const Facet<floatv> facet = facet_of(x[0], x[1], x[2]);
+    const std::array<Vector3<floatv>, 3> corners = pick_corners(elements, state.slices.data(), block);
+    const auto x = [&](int c) { return corners[c]; };
+    const Facet<floatv> facet = facet_of(x(0), x(1), x(2));
     store_sixteen(&state.normals[facet_records(block)], facet.normal, facet.size);
     for (int c = 0; c < 3; ++c) store(&state.cotangents[corner_place(block, c)], facet.at[c]);
   }
