@@ -1,8 +1,7 @@
 // Pours liquid in.
 //
 // The algorithm and its serial form stand in serial/production_fluid/add_sources.cpp. Sixteen cells or faces along x at
-// once, and sixteen particles; threads share the lines of a ball's box, and the particles. Particles are read once for
-// all sources.
+// once, and sixteen particles; threads share the lines of a ball's box, and the particles.
 //
 // The contract stands in common/production_fluid/add_sources.h.
 #include "common/production_fluid/add_sources.h"
@@ -59,17 +58,16 @@ void pour(const Source& source, Fluid<Real>& fluid) {
     }
 }
 
-void wet(const std::vector<Ball<Real>>& balls, Particles<Real>& particles) {
+void wet(const Source& source, Particles<Real>& particles) {
+  const Ball<Real> ball = ball_of<Real>(source);
   const auto& [px, py, pz] = particles.position;
   const Real *const x = px.data(), *const y = py.data(), *const z = pz.data();
   const int count = particles.count;
   // An iteration writes the signs of its own sixteen particles.
 #pragma omp parallel for schedule(static)
   for (int i = 0; i < count; i += lanes) {
-    const Vector3<floatv> position = {load(x + i), load(y + i), load(z + i)};
-    maskv in = lanes_of(0);
-    for (const Ball<Real>& ball : balls) in = in | (level_of(ball, position) < 0.f);
-    in = in & first_lanes(count - i);
+    const floatv level = level_of(ball, Vector3<floatv>{load(x + i), load(y + i), load(z + i)});
+    const maskv in = (level < 0.f) & first_lanes(count - i);
     if (any(in)) store(&particles.sign[i], floatv(-1.f), in);  // an empty store would still fetch the line
   }
 }
@@ -77,13 +75,11 @@ void wet(const std::vector<Ball<Real>>& balls, Particles<Real>& particles) {
 }  // namespace
 
 void add_sources(const std::vector<Source>& sources, double time, Fluid<Real>& fluid, Particles<Real>& particles) {
-  std::vector<Ball<Real>> balls;
   for (const Source& source : sources) {
     if (source.until <= time) continue;
     pour(source, fluid);
-    balls.push_back(ball_of<Real>(source));
+    wet(source, particles);
   }
-  if (!balls.empty()) wet(balls, particles);
 }
 
 }  // namespace lockstep::production_fluid::openmp

@@ -1,7 +1,6 @@
 // Pours liquid in: the cells about each source's ball, the faces in it and the particles in it become the source's.
 //
-// Only the box about a ball is visited, line by line: its cells, and the faces before and behind them. Particles are
-// read once for all sources.
+// Only the box about a ball is visited, line by line: its cells, and the faces before and behind them.
 //
 // The contract stands in common/production_fluid/add_sources.h.
 #include "common/production_fluid/add_sources.h"
@@ -50,25 +49,20 @@ void pour(const Source& source, Fluid<Real>& fluid) {
     }
 }
 
-void wet(const std::vector<Ball<Real>>& balls, Particles<Real>& particles) {
-  for (int i = 0; i < particles.count; ++i) {
-    const Vector3<Real> position = load(particles.position, i);
-    bool in = false;
-    for (const Ball<Real>& ball : balls) in = in | (level_of(ball, position) < 0);
-    where(in, particles.sign[i]) = -1;
-  }
+void wet(const Source& source, Particles<Real>& particles) {
+  const Ball<Real> ball = ball_of<Real>(source);
+  for (int i = 0; i < particles.count; ++i)
+    where(level_of(ball, load(particles.position, i)) < 0, particles.sign[i]) = -1;
 }
 
 }  // namespace
 
 void add_sources(const std::vector<Source>& sources, double time, Fluid<Real>& fluid, Particles<Real>& particles) {
-  std::vector<Ball<Real>> balls;
   for (const Source& source : sources) {
     if (source.until <= time) continue;
     pour(source, fluid);
-    balls.push_back(ball_of<Real>(source));
+    wet(source, particles);
   }
-  if (!balls.empty()) wet(balls, particles);
 }
 
 }  // namespace lockstep::production_fluid::serial
