@@ -203,7 +203,7 @@ void add_facets(const Topology& topology, const Vectors<double>& rest, Elements<
     for (int k = 0; k < 2; ++k) e.hinge_side.at(h, k) = e.hinge_side.at(e.hinges - 1, k);
 }
 
-// Lane 0's vector of each group.
+// The vector in which lane 0 of each group finds what it wants: it comes first.
 auto first_of(const Array<std::int32_t>& at, int together) {
   return [&at, together](std::size_t group) { return at[lanes * together * group] / lanes; };
 }

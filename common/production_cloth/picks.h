@@ -17,13 +17,14 @@
 
 namespace lockstep::production_cloth {
 
-inline constexpr int slice_vectors = 3;  // of a slice of a vector of vertices
+inline constexpr int slice_vectors = 3;  // vectors of lanes in a slice of sixteen vertices: x, y and z
 
-// Of groups of `together` sixteens, which share the vectors that they load: those of most groups are `pairs` pairs.
+// `together` sixteens are a group and share the vectors that they load. Vectors are loaded in pairs, and each group has
+// at least `pairs` pairs, which suffice for most; so the loops over these have a constant length.
 template <int together, int pairs>
 struct Picks {
-  Array<std::int32_t> first;   // [group]: its first in `vector`; and the number of all. Pairs, at least so many
-  Array<std::int32_t> vector;  // where they begin, in vectors of sixteen
+  Array<std::int32_t> first;   // [group]: its first vector in `vector`; and, behind the last group, their number
+  Array<std::int32_t> vector;  // where each begins, counted in sixteens
   Array<std::uint16_t> place;  // [16 sixteen + lane]: 16 v + the lane, in v of its group's vectors
 };
 

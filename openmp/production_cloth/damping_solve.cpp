@@ -22,7 +22,6 @@
 #include <cmath>
 #include <span>
 #include <utility>
-#include <vector>
 
 #include "common/linear/dot.h"
 #include "common/real.h"
