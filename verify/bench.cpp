@@ -37,10 +37,11 @@ namespace {
 
 struct Effort {
   std::size_t repeats;  // of a variant
+  std::size_t fewest;   // of a variant that takes long: `repeats` would take more than four times `seconds`
   double seconds;       // a variant
   double patience;      // seconds, over all cases, to repeat those that lacked cores
 };
-constexpr Effort full_effort = {15, .5, 60}, brief_effort = {5, .12, 10}, quick_effort = {1, 0, 0};
+constexpr Effort full_effort = {15, 15, .5, 60}, brief_effort = {5, 3, .12, 10}, quick_effort = {1, 1, 0, 0};
 
 struct Variant {
   std::string name;
@@ -68,9 +69,13 @@ Measured measure(const Kernel& kernel, const std::string& scene_path, const std:
   std::vector<Variant> variants = {{"serial", 1, run.best_serial ? run.best_serial : run.serial, {}}};
   if (run.best_serial) variants.push_back({"serial_twin", 1, run.serial, {}});
   for (int count : threads) variants.push_back({"openmp", count, run.openmp, {}});
-  const double enough = now() + effort.seconds * variants.size();
-  double patience = 4 * effort.seconds * variants.size();  // s
-  for (std::size_t repeat = 0; repeat < effort.repeats || now() < enough; ++repeat)
+  const double seconds_of_all = effort.seconds * variants.size(), start_of_all = now();
+  double patience = 4 * seconds_of_all;  // s
+  const auto wants = [&](std::size_t repeat) {
+    const double since = now() - start_of_all;
+    return repeat < effort.fewest || since < seconds_of_all || (repeat < effort.repeats && since < 4 * seconds_of_all);
+  };
+  for (std::size_t repeat = 0; wants(repeat); ++repeat)
     for (Variant& variant : variants) {
       run.reset();
       double turns_before, turns_after, seconds;

@@ -25,8 +25,8 @@
 namespace lockstep::verify {
 
 Effort effort_of(const ReportOptions& options) {
-  if (options.quick) return {1, 0, 0, 1};
-  return options.brief ? Effort{3, .1, .03, 1} : Effort{3, .2, .05, 3};
+  if (options.quick) return {1, 1, 0, 0, 1};
+  return options.brief ? Effort{3, 2, .1, .03, 1} : Effort{3, 3, .2, .05, 3};
 }
 
 Model measure_model() {
@@ -162,8 +162,12 @@ nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int
   Records records;
   std::vector<Sample> samples;
   bool whole_teams = true;  // whether the measured runs had as many threads as `cores`
-  const double enough = now() + (here ? effort.seconds_here : effort.seconds_beyond);
-  for (int repeat = 0; repeat < effort.least || now() < enough; ++repeat) {
+  const double start_of_all = now(), enough = here ? effort.seconds_here : effort.seconds_beyond;
+  const auto wants = [&](int repeat) {
+    const double since = now() - start_of_all;
+    return repeat < effort.fewest || since < enough || (repeat < effort.least && since < 5 * effort.seconds_here);
+  };
+  for (int repeat = 0; wants(repeat); ++repeat) {
     Record made = record_once(what, cores, model);
     keep_shorter(r, replay(made, what, model));
     records.add(std::move(made));

@@ -48,7 +48,8 @@ nlohmann::ordered_json fields_of(const Replayed& replayed, const Repeatable& wha
 // the seconds. `passes`: how many times all that is timed is gone through, with minutes between, because other work on
 // the machine disturbs it for longer than a row takes.
 struct Effort {
-  int least;
+  int least;   // of the records of a row, and of its timed runs
+  int fewest;  // of a row that takes long: `least` would take more than five times `seconds_here`
   double seconds_here, seconds_beyond;
   int passes;
 };

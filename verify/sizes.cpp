@@ -30,7 +30,7 @@ const std::vector<Growing> all = {
 };
 constexpr std::size_t quick_scenes = 2;
 constexpr int least_records = 3, most_records = 15;  // of a row
-constexpr double seconds = 2;                        // for more than the least
+constexpr double seconds = 1;                        // for more than the least
 
 }  // namespace
 
