@@ -23,8 +23,10 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <numeric>
 #include <utility>
+#include <vector>
 
 #include "common/real.h"
 #include "common/simd.h"
@@ -44,8 +46,8 @@ constexpr int group = 4;  // nodes; divides the children of a node
 
 // A tree, and what the nodes of one group of the other have reached in it. Elements stand side by side, node by node,
 // with the masks of whom they are no partners of; then those that are someone's partners, with masks of whose. Scratch
-// of one thread.
-struct Reached {
+// of one thread, in cache lines of its own.
+struct alignas(array_alignment) Reached {
   const Levels& levels;
   const Bounds<Real>& boxes;
   const Barred& barred;
@@ -135,10 +137,10 @@ struct Reached {
   }
 };
 
-// Where the pairs of a node stand: in which thread's list, and in the result; and how many each of its elements has.
+// Where the pairs of a node stand: in which thread's list; and how many each of its elements has.
 struct Found {
-  int thread = 0, begin = 0, count = 0, place = 0;
-  std::array<std::int32_t, tree_width> counts = {};
+  int thread, begin;
+  std::array<std::int32_t, tree_width> counts;
 };
 
 // Finds the pairs of elements of two trees, or of one.
@@ -146,7 +148,8 @@ void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& lev
           const Barred& barred, Array<ElementPair>& pairs) {
   const bool same = &levels_a == &levels_b;
   std::vector<Reached> of_threads(omp_get_max_threads(), Reached(levels_b, boxes_b, barred));
-  std::vector<Found> found(levels_a.nodes());
+  const auto found = std::make_unique_for_overwrite<Found[]>(levels_a.nodes());
+  std::vector<int> place(levels_a.nodes() + 1);  // where the pairs of a node begin in the result; first, their number
 
   const int groups = (levels_a.nodes() + group - 1) / group;
   const std::vector<PairList>& lists = collect(groups, 1, [&](int of_group, PairList& mine) {
@@ -183,21 +186,20 @@ void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& lev
         }
         of_node.counts[i] = static_cast<int>(to - first_of_i);
       }
-      of_node.count = static_cast<int>(to - begin);
-      mine.count += of_node.count;
+      place[first + g + 1] = static_cast<int>(to - begin);
+      mine.count += place[first + g + 1];
     }
   });
 
   require_pairs_fit(count_pairs(lists), static_cast<double>(pairs.capacity()));
-  int count = 0;
-  for (Found& f : found) f.place = std::exchange(count, count + f.count);
-  pairs.resize(count);
+  std::partial_sum(place.begin(), place.end(), place.begin());
+  pairs.resize(place.back());
   // The pairs of a node are one thread's, and go where no others do.
 #pragma omp parallel for schedule(static)
   for (int node = 0; node < levels_a.nodes(); ++node) {
     const Found& f = found[node];
     const std::int32_t* b = lists[f.thread].b.data() + f.begin;
-    ElementPair* to = pairs.data() + f.place;
+    ElementPair* to = pairs.data() + place[node];
     for (int l = 0; l < tree_width; ++l)
       for (int k = 0; k < f.counts[l]; ++k) *to++ = {node * tree_width + l, *b++};
   }
