@@ -149,7 +149,8 @@ void find(const Levels& levels_a, const Bounds<Real>& boxes_a, const Levels& lev
   const bool same = &levels_a == &levels_b;
   std::vector<Reached> of_threads(omp_get_max_threads(), Reached(levels_b, boxes_b, barred));
   const auto found = std::make_unique_for_overwrite<Found[]>(levels_a.nodes());
-  std::vector<int> place(levels_a.nodes() + 1);  // where the pairs of a node begin in the result; first, their number
+  // [node + 1]: how many pairs a node has; after the sum, [node]: where they begin in the result.
+  std::vector<int> place(levels_a.nodes() + 1);
 
   const int groups = (levels_a.nodes() + group - 1) / group;
   const std::vector<PairList>& lists = collect(groups, 1, [&](int of_group, PairList& mine) {
