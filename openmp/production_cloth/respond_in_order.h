@@ -3,22 +3,25 @@
 // Batches. Contacts of a batch share no vertex that moves: sixteen at once, shared out to threads. The last batches
 // hold a few contacts each; one thread takes several of them in a row, which needs no barrier between them.
 //
-// All at once. Contacts write impulses, and each vertex adds up its own, from a list of where it stands in contacts: no
+// All at once. Contacts write impulses, and each vertex adds up its own, from lists of where it stands in contacts: no
 // two threads write to one place, and sums are in the order of contacts.
 //
 // Serial twin: serial/production_cloth/respond_in_order.h.
 #pragma once
 
 #include <algorithm>
+#include <bit>
+#include <memory>
+#include <numeric>
 
 #include "common/production_cloth/contact_batches.h"
-#include "openmp/counting_sort.h"
 #include "openmp/production_cloth/contact_lanes.h"
+#include "openmp/share.h"
 #include "openmp/stages.h"
 
 namespace lockstep::production_cloth::openmp {
 
-using lockstep::openmp::add_batch, lockstep::openmp::CountingSort, lockstep::openmp::my_share;
+using lockstep::openmp::add_batch, lockstep::openmp::my_share;
 using lockstep::openmp::Share, lockstep::openmp::Stage;
 
 constexpr int small_batch = 64;  // contacts: less work than what a barrier costs
@@ -106,22 +109,52 @@ void respond_in_batches(const Contacts<float>& contacts, const GainOf& gain_of, 
   }
 }
 
-// Where vertices stand in contacts: vertex v is corner slot[k], for k from begin[v] to begin[v + 1] - 1.
+// Where vertices stand in contacts. Each thread lists its own share of the corners: it alone writes to its part of the
+// memory. In one list of all threads, the corners of a vertex stand side by side, whichever thread they are of, and
+// cores would pass the cache lines to and fro.
 struct Slots {
-  std::unique_ptr<std::int32_t[]> begin, slot;
+  std::unique_ptr<std::int32_t[]> slot;  // corners, 4 contact + place in it; a thread's where its share is
+  std::size_t pitch;                     // a thread's ends share no cache line with another's
+  std::unique_ptr<std::int32_t[]> ends;  // [thread][pitch]
+
+  Slots(std::size_t corners, int vertices)
+      : slot(std::make_unique_for_overwrite<std::int32_t[]>(corners)),
+        pitch(vertices + lanes),
+        ends(std::make_unique_for_overwrite<std::int32_t[]>(pitch * omp_get_max_threads())) {}
+
+  // A thread has vertex v at the corners slot[ends[v]] .. slot[ends[v + 1] - 1], in ascending order.
+  std::int32_t* of_thread(int thread) const { return &ends[pitch * thread]; }
 };
 
-// What the impulses of a vertex sum up to, in the order of contacts. A contact's numbers are added at once: left alone,
-// g++ gathers one number of several contacts, and takes 1.4 times as long.
-LOCKSTEP_INLINE Vector3<float> sum_at(int v, const Slots& slots, const Contacts<float>& contacts,
-                                      const Quad* response) {
+// Lists the calling thread's share.
+inline void list(const Contacts<float>& contacts, const Share& mine, int vertices, Slots& slots) {
+  std::int32_t *const ends = slots.of_thread(omp_get_thread_num()), *const end = ends + 1;
+  std::fill_n(ends, vertices + 1, 0);
+  for (int s = mine.begin; s < mine.end; ++s) ++end[contacts.corner[s]];
+  ends[0] = mine.begin;
+  std::exclusive_scan(end, end + vertices, end, mine.begin);
+  for (int s = mine.begin; s < mine.end; ++s) slots.slot[end[contacts.corner[s]]++] = s;
+}
+
+// What the impulses of vertices v .. v + 15 sum up to, each in the order of contacts. A contact's numbers are added at
+// once: left alone, g++ gathers one number of several contacts, and takes 1.4 times as long.
+LOCKSTEP_INLINE Vector3<floatv> sums_at(int v, const Slots& slots, int threads, const Contacts<float>& contacts,
+                                        const Quad* response) {
   using Four = float __attribute__((vector_size(sizeof(Quad))));
-  Four sum = {};
-  for (int k = slots.begin[v]; k < slots.begin[v + 1]; ++k) {
-    const std::int32_t s = slots.slot[k];
-    sum += contacts.weight[s] * *reinterpret_cast<const Four*>(response[s / 4].field);
+  alignas(array_alignment) float sums[3][lanes] = {};
+  for (int thread = 0; thread < threads; ++thread) {
+    const std::int32_t* const ends = slots.of_thread(thread) + v;
+    if (ends[0] == ends[lanes]) continue;
+    for (int l = 0; l < lanes; ++l) {
+      Four sum = {sums[0][l], sums[1][l], sums[2][l], 0};
+      for (int k = ends[l]; k < ends[l + 1]; ++k) {
+        const std::int32_t s = slots.slot[k];
+        sum += contacts.weight[s] * *reinterpret_cast<const Four*>(response[s / 4].field);
+      }
+      for (int i = 0; i < 3; ++i) sums[i][l] = sum[i];
+    }
   }
-  return {sum[0], sum[1], sum[2]};
+  return {load(sums[0]), load(sums[1]), load(sums[2])};
 }
 
 template <class GainOf>
@@ -131,17 +164,11 @@ void respond_at_once(const Contacts<float>& contacts, const GainOf& gain_of, flo
   const auto response_memory = std::make_unique_for_overwrite<Quad[]>(padded(count));  // impulse and gain
   const auto memory = std::make_unique_for_overwrite<Quad[]>(inverse_mass.size());
   Quad *const response = response_memory.get(), *const records = memory.get();
-  const Slots slots = {std::make_unique_for_overwrite<std::int32_t[]>(vertices + 1),
-                       std::make_unique_for_overwrite<std::int32_t[]>(4 * contacts.count)};
-  CountingSort sort(vertices);
+  Slots slots(4 * contacts.count, vertices);
 #pragma omp parallel
   {
-    const Share mine = my_share(4 * count);
-    const auto for_each_slot = [&](const auto& visit) {
-      for (int s = mine.begin; s < mine.end; ++s) visit(s, contacts.corner[s]);
-    };
-    sort(
-        for_each_slot, [&](int s, std::int32_t place) { slots.slot[place] = s; }, slots.begin.get());
+    const int threads = omp_get_num_threads();
+    list(contacts, my_share(4 * count), vertices, slots);
     make_records(velocity, inverse_mass, records);
     // A contact writes its own response, from velocities that nobody changes.
 #pragma omp for schedule(static)
@@ -150,11 +177,11 @@ void respond_at_once(const Contacts<float>& contacts, const GainOf& gain_of, flo
       const Response<floatv> r = respond<floatv>(c, gain_of, friction);
       store_sixteen_quads(response[k].field, {{r.impulse.x, r.impulse.y, r.impulse.z, r.gain}});
     }
-    // A vertex writes its own change; it reads responses, which are all there.
+    // Sixteen vertices write their own changes; they read responses, which are all there.
 #pragma omp for schedule(static)
-    for (int v = 0; v < vertices; ++v) {
-      const Vector3<float> change = inverse_mass[v] * sum_at(v, slots, contacts, response);
-      records[v] = {{change.x, change.y, change.z, 0}};
+    for (int v = 0; v < vertices; v += lanes) {
+      const Vector3<floatv> change = load(&inverse_mass[v]) * sums_at(v, slots, threads, contacts, response);
+      store_sixteen_quads(records[v].field, {{change.x, change.y, change.z, 0.f}});
     }
     // A contact writes its own response, from changes that are all there.
 #pragma omp for schedule(static)
@@ -164,10 +191,11 @@ void respond_at_once(const Contacts<float>& contacts, const GainOf& gain_of, flo
       const floatv kept = share_kept(gain, dot(c.normal, weighted(c.weight, c.velocity)));
       store_sixteen_quads(response[k].field, {{kept * x, kept * y, kept * z, gain}});
     }
-    // A vertex writes its own velocity; it reads responses, which are all there.
+    // Sixteen vertices write their own velocities; they read responses, which are all there.
+    const Vector3<float*> to = pointers(velocity);
 #pragma omp for schedule(static)
-    for (int v = 0; v < vertices; ++v)
-      store(velocity, v, load(velocity, v) + inverse_mass[v] * sum_at(v, slots, contacts, response));
+    for (int v = 0; v < vertices; v += lanes)
+      store(to, v, load(to, v) + load(&inverse_mass[v]) * sums_at(v, slots, threads, contacts, response));
   }
 }
 
