@@ -96,7 +96,7 @@ TEST(scale, locks_of_each_own_do_not_wait) {
 // Short waits are part of the cost of a barrier. After a longer one a core goes on late, and after a long one later.
 TEST(scale, cores_that_waited_go_on_late) {
   Costs costs;
-  costs.waking = {.from_yielding = 3, .from_sleep = 20};
+  costs.waking = {.from_yielding = 3, .falling_asleep = {10, 2}, .asleep = {20, 7}};
   double before = 0, first = 0, second = 0;  // ns: before the region; of its two cores, up to a barrier
   const auto work = [&] {
     spend(before);
@@ -114,19 +114,24 @@ TEST(scale, cores_that_waited_go_on_late) {
   EXPECT_EQ(waits(900, 10, 10), 900 + 10 + 100);
   // The second core begins late.
   EXPECT_EQ(waits(2000, 10, 10), 2000 + 3 + 10 + 100);
-  EXPECT_EQ(waits(60'000, 10, 10), 60'000 + 20 + 10 + 100);
+  EXPECT_EQ(waits(55'000, 10, 10), 55'000 + 10 + 10 + 100);
+  EXPECT_EQ(waits(70'000, 10, 10), 70'000 + 20 + 10 + 100);
+  // Waking it costs the first core time, which is then the later one.
+  EXPECT_EQ(waits(55'000, 1000, 10), 55'000 + 2 + 1000 + 100);
+  EXPECT_EQ(waits(70'000, 1000, 10), 70'000 + 7 + 1000 + 100);
   // One of them waits at the barrier, and the other has been waiting for it when the region ends.
   EXPECT_EQ(waits(0, 10, 5000), 5000 + 3 + 100);
   EXPECT_EQ(waits(0, 5000, 10), 5000 + 3 + 100);
-  EXPECT_EQ(waits(0, 60'000, 10), 60'000 + 20 + 100);
-  before = 60'000;
-  EXPECT_EQ(modelled(1, work, costs), 60'000 + 60'000 + 100);
+  EXPECT_EQ(waits(0, 55'000, 10), 55'000 + 10 + 100);
+  EXPECT_EQ(waits(0, 70'000, 10), 70'000 + 20 + 100);
+  before = 70'000;
+  EXPECT_EQ(modelled(1, work, costs), 70'000 + 70'000 + 100);
 }
 
 // The first core wakes late from the end of a region, and the second from the wait for the next one.
 TEST(scale, cores_wait_for_regions_to_end_and_to_begin) {
   Costs costs;
-  costs.waking = {.from_yielding = 3, .from_sleep = 20};
+  costs.waking = {.from_yielding = 3, .falling_asleep = {10, 2}, .asleep = {20, 7}};
   const auto work = [] {
 #pragma omp parallel
     spend(omp_get_thread_num() == 0 ? 10 : 5000);

@@ -97,13 +97,18 @@ double clock_ns() {
 
 namespace {
 
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + values.size() / 2;
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
 // The median of the results of `repeats` calls of `measure`.
 template <class Measure>
 double median(int repeats, const Measure& measure) {
   std::vector<double> found(repeats);
   for (double& f : found) f = measure();
-  std::ranges::nth_element(found, found.begin() + repeats / 2);
-  return found[repeats / 2];
+  return median(found);
 }
 
 constexpr int repeats = 21;
@@ -140,11 +145,13 @@ double barrier_ns(int threads) {
   });
 }
 
-// How late a thread goes on that has waited at a barrier for `waited` ns, beyond the cost of a barrier.
-double waking_ns(double waited, double barrier) {
-  const double late = median(repeats, [&] {
-    double opened = 0, seen = 0;
-    // Each thread writes its own time.
+// One thread waits at a barrier for `waited` ns, and another comes then: how late each goes on, beyond the cost of a
+// barrier.
+Waking::Late late_after(double waited, double barrier) {
+  std::vector<double> waiting(repeats), waker(repeats);
+  for (int k = 0; k < repeats; ++k) {
+    double opened = 0;
+    // Each thread writes its own times; one sets `opened`, which is read when both have ended.
 #pragma omp parallel num_threads(2)
     {
       const bool is_last = omp_get_thread_num() == 0;
@@ -152,11 +159,11 @@ double waking_ns(double waited, double barrier) {
       for (const double start = clock_ns(); is_last && clock_ns() < start + waited;) continue;
       if (is_last) opened = clock_ns();
 #pragma omp barrier
-      if (!is_last) seen = clock_ns();
+      (is_last ? waker : waiting)[k] = clock_ns();
     }
-    return seen - opened - barrier;
-  });
-  return std::max(0., late);
+    waiting[k] -= opened + barrier, waker[k] -= opened + barrier;
+  }
+  return {std::max(0., median(waiting)), std::max(0., median(waker))};
 }
 
 // The extra cost of a lock that another thread held last, over a lock that this thread held last. The loop adds to a
@@ -275,9 +282,11 @@ Costs measure_costs() {
     costs.fork_join.two = fork_join_ns(threads);
     costs.barrier.two = barrier_ns(threads);
     if (threads == 2) {
-      // The middle of the time in which a thread yields, and well behind it.
-      costs.waking.from_yielding = waking_ns(1e3 * (turning_us + patience_us) / 2, costs.barrier.two);
-      costs.waking.from_sleep = waking_ns(4e3 * patience_us, costs.barrier.two);
+      // The middle of the time in which a thread yields, of that in which it falls asleep, and well behind both.
+      const auto after_us = [&](double waited) { return late_after(1e3 * waited, costs.barrier.two); };
+      costs.waking = {.from_yielding = after_us((turning_us + patience_us) / 2.).waiting,
+                      .falling_asleep = after_us(patience_us + falling_asleep_us / 2.),
+                      .asleep = after_us(4 * patience_us)};
     }
     costs.lock_moved = lock_moved_ns();
     costs.dispatch.moved = dispatch_ns(threads);

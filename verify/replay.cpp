@@ -40,9 +40,11 @@ double replay_region(const Region& region, const Costs& costs, std::vector<doubl
   for (int c = 0; c < cores; ++c) core[c].events = &region.members[c];
   // The first core opens the region.
   for (int c = 1; c < cores; ++c) {
-    core[c].now = costs.waking.after(waited[c]);
-    spent.waiting += core[c].now;
+    const Waking::Late late = costs.waking.after(waited[c]);
+    core[c].now = late.waiting;
+    core[0].now = std::max(core[0].now, late.waker);
   }
+  for (const Core& each : core) spent.waiting += each.now;
   std::unordered_map<const void*, Lock> lock;
   std::vector<Loop> loops(region.chunks.size());
   std::unordered_map<const void*, Flag> flag;
@@ -145,23 +147,30 @@ double replay_region(const Region& region, const Costs& costs, std::vector<doubl
           f.waiting.push_back({event.value, c});
         break;
       }
-      case Event::barrier:
+      case Event::barrier: {
         at_barrier.push_back(c);
         if (static_cast<int>(at_barrier.size()) < cores) break;
+        const double opened = me.now;
+        double waker = 0;
         for (const int other : at_barrier) {
-          const double waits = me.now - core[other].now, late = costs.waking.after(waits);
-          spent.waiting += waits + late;
+          const double waits = opened - core[other].now;
+          const Waking::Late late = costs.waking.after(waits);
+          spent.waiting += waits + late.waiting;
           spent.together += costs.barrier.at(cores);
-          core[other].now += waits + costs.barrier.at(cores) + late;
-          turns.push({core[other].now, other});
+          core[other].now = opened + costs.barrier.at(cores) + late.waiting;
+          waker = std::max(waker, late.waker);
         }
+        me.now += waker;
+        spent.waiting += waker;
+        for (const int any : at_barrier) turns.push({core[any].now, any});
         at_barrier.clear();
         break;
+      }
     }
   }
 
   double end = std::ranges::max_element(core, {}, &Core::now)->now;
-  end += costs.waking.after(end - core[0].now);
+  end += costs.waking.after(end - core[0].now).waiting;
   for (int c = 0; c < cores; ++c) {
     waited[c] = end - core[c].now;
     spent.waiting += waited[c];

@@ -41,11 +41,15 @@ Model less_disturbed(const Model& a, const Model& b) {
   const auto least = [](const Together& one, const Together& two) {
     return Together{std::min(one.one, two.one), std::min(one.two, two.two)};
   };
+  const auto less_late = [](const Waking::Late& one, const Waking::Late& two) {
+    return Waking::Late{std::min(one.waiting, two.waiting), std::min(one.waker, two.waker)};
+  };
   const Costs &x = a.costs, &y = b.costs;
   return {{.fork_join = least(x.fork_join, y.fork_join),
            .barrier = least(x.barrier, y.barrier),
            .waking = {std::min(x.waking.from_yielding, y.waking.from_yielding),
-                      std::min(x.waking.from_sleep, y.waking.from_sleep)},
+                      less_late(x.waking.falling_asleep, y.waking.falling_asleep),
+                      less_late(x.waking.asleep, y.waking.asleep)},
            .lock_moved = std::min(x.lock_moved, y.lock_moved),
            .dispatch = {std::min(x.dispatch.again, y.dispatch.again), std::min(x.dispatch.moved, y.dispatch.moved)},
            .flag = std::min(x.flag, y.flag),
@@ -62,7 +66,10 @@ nlohmann::ordered_json describe(const Model& model) {
           {"barrier_1_ns", costs.barrier.one},
           {"barrier_2_ns", costs.barrier.two},
           {"waking_from_yielding_ns", costs.waking.from_yielding},
-          {"waking_from_sleep_ns", costs.waking.from_sleep},
+          {"waking_from_falling_asleep_ns", costs.waking.falling_asleep.waiting},
+          {"waker_from_falling_asleep_ns", costs.waking.falling_asleep.waker},
+          {"waking_from_sleep_ns", costs.waking.asleep.waiting},
+          {"waker_from_sleep_ns", costs.waking.asleep.waker},
           {"lock_moved_ns", costs.lock_moved},
           {"dispatch_ns", costs.dispatch.again},
           {"dispatch_moved_ns", costs.dispatch.moved},
