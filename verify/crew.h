@@ -49,7 +49,7 @@ class Crew {
 
  private:
   // Something that threads wait for: each opening adds one.
-  class alignas(64) Gate {
+  class Gate {
    public:
     unsigned opened() const { return opened_.load(); }
     void open();
@@ -63,9 +63,12 @@ class Crew {
 
   int size_ = 1, asked_for_ = 1;
   bool resting_ = false;
+  // On one cache line: who sees that a region begins has it, too.
+  alignas(64) Gate begin_;
   void (*region_)(void*) = nullptr;  // the region to run; null: the crew is dismissed
   void* data_ = nullptr;
-  Gate begin_, all_arrived_, end_;
+  alignas(64) Gate all_arrived_;
+  alignas(64) Gate end_;
   alignas(64) std::atomic<int> arrived_ = 0;  // threads that wait at the barrier
   alignas(64) std::atomic<int> running_ = 0;  // threads that have not ended the region
   static inline thread_local bool in_region_ = false;
