@@ -94,17 +94,19 @@ TEST(scale, locks_of_each_own_do_not_wait) {
 }
 
 // Short waits are part of the cost of a barrier. After a longer one a core goes on late, and after a long one later.
+// The core that wakes it is late, too.
 TEST(scale, cores_that_waited_go_on_late) {
   Costs costs;
   costs.waking = {.from_yielding = 3, .falling_asleep = {10, 2}, .asleep = {20, 7}};
   double before = 0, first = 0, second = 0;  // ns: before the region; of its two cores, up to a barrier
+  double behind = 100;                       // of the first core, behind the barrier; the second works for 100
   const auto work = [&] {
     spend(before);
 #pragma omp parallel
     {
       spend(omp_get_thread_num() == 0 ? first : second);
 #pragma omp barrier
-      spend(100);
+      spend(omp_get_thread_num() == 0 ? behind : 100);
     }
   };
   const auto waits = [&](double ns_before, double ns_of_first, double ns_of_second) {
@@ -124,6 +126,11 @@ TEST(scale, cores_that_waited_go_on_late) {
   EXPECT_EQ(waits(0, 5000, 10), 5000 + 3 + 100);
   EXPECT_EQ(waits(0, 55'000, 10), 55'000 + 10 + 100);
   EXPECT_EQ(waits(0, 70'000, 10), 70'000 + 20 + 100);
+  // At the barrier, too, the later core wakes the other one. Here it then works for longer.
+  behind = 1000;
+  EXPECT_EQ(waits(0, 55'000, 10), 55'000 + 2 + 1000);
+  EXPECT_EQ(waits(0, 70'000, 10), 70'000 + 7 + 1000);
+  behind = 100;
   before = 70'000;
   EXPECT_EQ(modelled(1, work, costs), 70'000 + 70'000 + 100);
 }

@@ -63,7 +63,7 @@ class Crew {
 
   int size_ = 1, asked_for_ = 1;
   bool resting_ = false;
-  // On one cache line: who sees that a region begins has it, too.
+  // The gate of a region's beginning, and what the region is: on one cache line, which a thread fetches once.
   alignas(64) Gate begin_;
   void (*region_)(void*) = nullptr;  // the region to run; null: the crew is dismissed
   void* data_ = nullptr;

@@ -169,6 +169,7 @@ double replay_region(const Region& region, const Costs& costs, std::vector<doubl
     }
   }
 
+  // The core that ends last may wake the first one. What that costs it is not counted: it has nothing more to do here.
   double end = std::ranges::max_element(core, {}, &Core::now)->now;
   end += costs.waking.after(end - core[0].now).waiting;
   for (int c = 0; c < cores; ++c) {

@@ -10,10 +10,12 @@
 #pragma once
 
 #include <algorithm>
-#include <bit>
 #include <memory>
-#include <numeric>
+#include <span>
+#include <utility>
+#include <vector>
 
+#include "common/counting_sort.h"
 #include "common/production_cloth/contact_batches.h"
 #include "openmp/production_cloth/contact_lanes.h"
 #include "openmp/share.h"
@@ -109,46 +111,27 @@ void respond_in_batches(const Contacts<float>& contacts, const GainOf& gain_of, 
   }
 }
 
-// Where vertices stand in contacts. Each thread lists its own share of the corners: it alone writes to its part of the
-// memory. In one list of all threads, the corners of a vertex stand side by side, whichever thread they are of, and
-// cores would pass the cache lines to and fro.
-struct Slots {
-  std::unique_ptr<std::int32_t[]> slot;  // corners, 4 contact + place in it; a thread's where its share is
-  std::size_t pitch;                     // a thread's ends share no cache line with another's
-  std::unique_ptr<std::int32_t[]> ends;  // [thread][pitch]
-
-  Slots(std::size_t corners, int vertices)
-      : slot(std::make_unique_for_overwrite<std::int32_t[]>(corners)),
-        pitch(vertices + lanes),
-        ends(std::make_unique_for_overwrite<std::int32_t[]>(pitch * omp_get_max_threads())) {}
-
-  // A thread has vertex v at the corners slot[ends[v]] .. slot[ends[v + 1] - 1], in ascending order.
-  std::int32_t* of_thread(int thread) const { return &ends[pitch * thread]; }
+// Where vertices stand in one thread's share of the contacts: vertex v is corners slot[begin[v]] .. slot[begin[v + 1] -
+// 1], in ascending order. Corner 4 k + i is corner i of contact k. With one list of all threads, corners of a vertex
+// would stand side by side, whichever thread they are of, and cores would pass the cache lines to and fro.
+struct Corners {
+  std::int32_t* slot;
+  std::vector<std::int32_t> begin;
 };
-
-// Lists the calling thread's share.
-inline void list(const Contacts<float>& contacts, const Share& mine, int vertices, Slots& slots) {
-  std::int32_t *const ends = slots.of_thread(omp_get_thread_num()), *const end = ends + 1;
-  std::fill_n(ends, vertices + 1, 0);
-  for (int s = mine.begin; s < mine.end; ++s) ++end[contacts.corner[s]];
-  ends[0] = mine.begin;
-  std::exclusive_scan(end, end + vertices, end, mine.begin);
-  for (int s = mine.begin; s < mine.end; ++s) slots.slot[end[contacts.corner[s]]++] = s;
-}
 
 // What the impulses of vertices v .. v + 15 sum up to, each in the order of contacts. A contact's numbers are added at
 // once: left alone, g++ gathers one number of several contacts, and takes 1.4 times as long.
-LOCKSTEP_INLINE Vector3<floatv> sums_at(int v, const Slots& slots, int threads, const Contacts<float>& contacts,
+LOCKSTEP_INLINE Vector3<floatv> sums_at(int v, std::span<const Corners> of_threads, const Contacts<float>& contacts,
                                         const Quad* response) {
   using Four = float __attribute__((vector_size(sizeof(Quad))));
   alignas(array_alignment) float sums[3][lanes] = {};
-  for (int thread = 0; thread < threads; ++thread) {
-    const std::int32_t* const ends = slots.of_thread(thread) + v;
-    if (ends[0] == ends[lanes]) continue;
+  for (const Corners& corners : of_threads) {
+    const std::int32_t* const begin = &corners.begin[v];
+    if (begin[0] == begin[lanes]) continue;  // of many threads, most have no corner at sixteen vertices
     for (int l = 0; l < lanes; ++l) {
       Four sum = {sums[0][l], sums[1][l], sums[2][l], 0};
-      for (int k = ends[l]; k < ends[l + 1]; ++k) {
-        const std::int32_t s = slots.slot[k];
+      for (int k = begin[l]; k < begin[l + 1]; ++k) {
+        const std::int32_t s = corners.slot[k];
         sum += contacts.weight[s] * *reinterpret_cast<const Four*>(response[s / 4].field);
       }
       for (int i = 0; i < 3; ++i) sums[i][l] = sum[i];
@@ -164,11 +147,21 @@ void respond_at_once(const Contacts<float>& contacts, const GainOf& gain_of, flo
   const auto response_memory = std::make_unique_for_overwrite<Quad[]>(padded(count));  // impulse and gain
   const auto memory = std::make_unique_for_overwrite<Quad[]>(inverse_mass.size());
   Quad *const response = response_memory.get(), *const records = memory.get();
-  Slots slots(4 * contacts.count, vertices);
+  const auto slots = std::make_unique_for_overwrite<std::int32_t[]>(4 * contacts.count);
+  std::vector<Corners> corners(omp_get_max_threads());  // [thread]
+  for (Corners& each : corners) each.begin.reserve(vertices + 2);
+  // A thread sorts its own share of the corners. Others read it behind the barriers of the loops.
 #pragma omp parallel
   {
-    const int threads = omp_get_num_threads();
-    list(contacts, my_share(4 * count), vertices, slots);
+    const Share mine = my_share(4 * count);
+    Corners& own = corners[omp_get_thread_num()];
+    own.slot = slots.get() + mine.begin;
+    const auto for_each_corner = [mine, vertex = contacts.corner.data()](const auto& visit) {
+      for (int s = mine.begin; s < mine.end; ++s) visit(s, vertex[s]);
+    };
+    stable_counting_sort(
+        vertices, for_each_corner, [slot = own.slot](int s, std::int32_t place) { slot[place] = s; }, own.begin);
+    const std::span of_threads = std::span(std::as_const(corners)).first(omp_get_num_threads());
     make_records(velocity, inverse_mass, records);
     // A contact writes its own response, from velocities that nobody changes.
 #pragma omp for schedule(static)
@@ -180,7 +173,7 @@ void respond_at_once(const Contacts<float>& contacts, const GainOf& gain_of, flo
     // Sixteen vertices write their own changes; they read responses, which are all there.
 #pragma omp for schedule(static)
     for (int v = 0; v < vertices; v += lanes) {
-      const Vector3<floatv> change = load(&inverse_mass[v]) * sums_at(v, slots, threads, contacts, response);
+      const Vector3<floatv> change = load(&inverse_mass[v]) * sums_at(v, of_threads, contacts, response);
       store_sixteen_quads(records[v].field, {{change.x, change.y, change.z, 0.f}});
     }
     // A contact writes its own response, from changes that are all there.
@@ -195,7 +188,7 @@ void respond_at_once(const Contacts<float>& contacts, const GainOf& gain_of, flo
     const Vector3<float*> to = pointers(velocity);
 #pragma omp for schedule(static)
     for (int v = 0; v < vertices; v += lanes)
-      store(to, v, load(to, v) + load(&inverse_mass[v]) * sums_at(v, slots, threads, contacts, response));
+      store(to, v, load(to, v) + load(&inverse_mass[v]) * sums_at(v, of_threads, contacts, response));
   }
 }
 
