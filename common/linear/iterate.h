@@ -30,9 +30,10 @@ struct Work {
   std::span<Real> x, r, z, p;
 };
 
-// Vectors has functions dot, axpy, advance and descend, as dot.h and update.h say.
+// Vectors has functions dot, axpy, advance and descend, as dot.h and update.h say. In place of `advance` it may have
+// advance_and_multiply(a, b, x, p, z): advance(a, z, b, x, p), then system.multiply(p, z), whose result it returns.
 template <class Real, class Vectors>
-Solution iterate(const Vectors& vectors, const System<Real>& system, std::type_identity_t<std::span<const Real>> b,
+Solution iterate(Vectors&& vectors, const System<Real>& system, std::type_identity_t<std::span<const Real>> b,
                  const std::type_identity_t<Work<Real>>& work, const Stop& stop) {
   const auto [x, r, z, p] = work;
   const double norm_of_b = std::sqrt(vectors.dot(b, b));
@@ -61,11 +62,14 @@ Solution iterate(const Vectors& vectors, const System<Real>& system, std::type_i
   while (!done()) {
     const double rz_before = rz;
     rz = system.precondition(r, z);
-    if (solution.iterations == 0)
-      vectors.advance(0, z, 0, x, p);  // p = z
-    else
-      vectors.advance(step, z, static_cast<Real>(rz / rz_before), x, p);
-    const double pq = system.multiply(p, q);
+    const Real beta = solution.iterations == 0 ? Real(0) : static_cast<Real>(rz / rz_before);  // at first, p = z
+    double pq;
+    if constexpr (requires { &std::remove_cvref_t<Vectors>::advance_and_multiply; }) {
+      pq = vectors.advance_and_multiply(step, beta, x, p, q);
+    } else {
+      vectors.advance(step, z, beta, x, p);
+      pq = system.multiply(p, q);
+    }
     if (!(pq > 0)) break;
     step = static_cast<Real>(rz / pq);
     residual = std::sqrt(vectors.descend(step, q, r)) / norm_of_b;

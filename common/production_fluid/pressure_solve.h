@@ -23,7 +23,8 @@
 // A dot product of mic and block_mic is summed in double, in an order that does not depend on the threads: the products
 // of a line's cells in ascending order; sixteen lines of a plane, y = 16 k to 16 k + 15, in the tree ((0 + 8) + (4 +
 // 12)) + ...; and such sixteens in ascending order of y, then z. r . z of mic and block_mic is the sum of (e y) y, as
-// r . M^-1 r = y . E y: the first triangular solve adds it up on its way.
+// r . M^-1 r = y . E y: the first triangular solve adds it up on its way. p . A p is summed likewise, but the products
+// of a line in descending order: openmp computes A p behind the second triangular solve, which goes that way.
 //
 // The loop is linear/'s (common/linear/conjugate_gradients.h). It works in Real. The pressure is a sum in double, from
 // which the loop refreshes its residual.

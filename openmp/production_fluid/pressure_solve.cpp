@@ -8,6 +8,7 @@
 // The contract stands in common/production_fluid/pressure_solve.h.
 #include "common/production_fluid/pressure_solve.h"
 
+#include <array>
 #include <vector>
 
 #include "common/linear/iterate.h"
@@ -18,23 +19,26 @@
 #include "openmp/production_fluid/prefetch.h"
 #include "openmp/production_fluid/skewed.h"
 #include "openmp/production_fluid/skewing.h"
+#include "openmp/production_fluid/solve_order.h"
 #include "openmp/production_fluid/zeros.h"
 
 namespace lockstep::production_fluid::openmp {
 namespace {
 
-static_assert(lines_of_a_sum == lanes && side_of_a_block == lanes);
+static_assert(lines_of_a_sum == lanes);
 
-// Calls f(i) for each vector of a stretch, in order; i is where it stands.
+// Calls f(i, k) for each vector of a stretch and each of its planes, in order; i is where the vector of plane k stands.
 template <class F>
 LOCKSTEP_INLINE void for_each_vector(const Skewed& skewed, const Stretch& part, const F& f) {
   const std::ptrdiff_t begin = skewed.at(part.tile, part.z, part.begin), end = skewed.at(part.tile, part.z, part.end);
-  for (std::ptrdiff_t i = begin; i < end; i += lanes) f(i);
+  for (std::ptrdiff_t i = begin; i < end; i += lanes)
+    for (int k = 0; k < depth; ++k) f(i + k * skewed.along_z(), k);
 }
 template <class F>
 LOCKSTEP_INLINE void for_each_vector_backward(const Skewed& skewed, const Stretch& part, const F& f) {
   const std::ptrdiff_t begin = skewed.at(part.tile, part.z, part.begin), end = skewed.at(part.tile, part.z, part.end);
-  for (std::ptrdiff_t i = end - lanes; i >= begin; i -= lanes) f(i);
+  for (std::ptrdiff_t i = end - lanes; i >= begin; i -= lanes)
+    for (int k = depth - 1; k >= 0; --k) f(i + k * skewed.along_z(), k);
 }
 
 // Calls f(tile) for each tile that has rows.
@@ -46,162 +50,81 @@ void for_each_tile(const Skewed& skewed, const F& f) {
   for (std::ptrdiff_t k = 0; k < count; ++k) f(skewed.tiles()[k]);
 }
 
-// The sum over all tiles of f(tile), sixteen sums, one a line. A lane adds up its line in ascending order of x; lanes
+// The sums of a tile's lines: lane l of number k is line l of plane k. A lane adds up its line vector by vector; lanes
 // without a row add 0 to a sum that began at 0, which changes no bit.
+using Lines = std::array<doublev, depth>;
+Lines zero_lines() {
+  Lines lines;
+  lines.fill(doublev(0.));
+  return lines;
+}
+
+// A sum over all cells, in each pass anew. A pass may come to the parts of a tile one after another: a lane goes on
+// where the part before left it.
+class Sum {
+ public:
+  explicit Sum(const Skewed& skewed) : tiles_(skewed.tiles()), sums_(tiles_.size()) {}
+
+  Lines lines(const Stretch& part, bool is_first) const { return is_first ? zero_lines() : sums_[part.of].lines; }
+  void go_on(const Stretch& part, const Lines& lines, bool is_last) {
+    OfTile& tile = sums_[part.of];
+    if (is_last)
+      for (int k = 0; k < depth; ++k) tile.planes[k] = reduce_add(lines[k]);
+    else
+      tile.lines = lines;
+  }
+  double total() const {
+    double total = 0;
+    for (std::size_t begin = 0, end = 0; begin < tiles_.size(); begin = end) {
+      while (end < tiles_.size() && tiles_[end].z == tiles_[begin].z) ++end;
+      for (int k = 0; k < depth; ++k)
+        for (std::size_t tile = begin; tile < end; ++tile) total += sums_[tile].planes[k];
+    }
+    return total;
+  }
+
+ private:
+  struct OfTile {
+    Lines lines;
+    std::array<double, depth> planes;
+  };
+
+  const std::vector<Stretch>& tiles_;
+  std::vector<OfTile> sums_;
+};
+
+// The sum over all tiles of f(tile).
 template <class F>
-double sum(const Skewed& skewed, const F& f) {
-  const std::ptrdiff_t count = std::ssize(skewed.tiles());
-  std::vector<double> sums(count);
-  // A tile writes its own sum, and what f writes belongs to the tile.
-#pragma omp parallel for schedule(static)
-  for (std::ptrdiff_t k = 0; k < count; ++k) sums[k] = reduce_add(f(skewed.tiles()[k]));
-  double sum = 0;
-  for (const double s : sums) sum += s;
-  return sum;
+double sum_of_tiles(const Skewed& skewed, const F& f) {
+  Sum sum(skewed);
+  for_each_tile(skewed, [&](const Stretch& tile) { sum.go_on(tile, f(tile), true); });
+  return sum.total();
 }
 
-// What the loop of conjugate gradients does with vectors (common/linear/dot.h, update.h).
-struct Vectors {
-  const Skewed& skewed;
-
-  double dot(std::span<const Real> x, std::span<const Real> y) const {
-    return sum(skewed, [&](const Stretch& tile) {
-      doublev lines = 0.;
-      for_each_vector(skewed, tile,
-                      [&](std::size_t i) { lines = lines + to_double(load(&x[i])) * to_double(load(&y[i])); });
-      return lines;
-    });
-  }
-  void axpy(Real a, std::span<const Real> x, std::span<Real> y) const {
-    for_each_tile(skewed, [&](const Stretch& tile) {
-      for_each_vector(skewed, tile, [&](std::size_t i) { store(&y[i], load(&y[i]) + a * load(&x[i])); });
-    });
-  }
-  void advance(Real a, std::span<const Real> z, Real b, std::span<Real> x, std::span<Real> p) const {
-    for_each_tile(skewed, [&](const Stretch& tile) {
-      for_each_vector(skewed, tile, [&](std::size_t i) {
-        const floatv along = load(&p[i]);
-        store(&x[i], load(&x[i]) + a * along);
-        store(&p[i], load(&z[i]) + b * along);
-      });
-    });
-  }
-  double descend(Real a, std::span<const Real> q, std::span<Real> r) const {
-    return sum(skewed, [&](const Stretch& tile) {
-      doublev lines = 0.;
-      for_each_vector(skewed, tile, [&](std::size_t i) {
-        const floatv rest = load(&r[i]) - a * load(&q[i]);
-        store(&r[i], rest);
-        lines = lines + to_double(rest) * to_double(rest);
-      });
-      return lines;
-    });
-  }
-};
-
-double multiply(const Skewed& skewed, const Array<Real>& diagonal, std::span<const Real> x, std::span<Real> y) {
-  return sum(skewed, [&](const Stretch& tile) {
-    doublev lines = 0.;
-    for_each_vector(skewed, tile, [&](std::size_t i) {
-      const Real* const at = &x[i];
-      const floatv here = load(at), d = load(&diagonal[i]);
-      prefetch<ahead>(at + skewed.along_z(), &diagonal[i]);
-      const floatv row = product(d, here, low_x(at), high_x(at), low_y(skewed, at), high_y(skewed, at),
-                                 low_z(skewed, at), high_z(skewed, at));
-      const floatv found = select(d > 0.f, row, 0.f);
-      store(&y[i], found);
-      lines = lines + to_double(here) * to_double(found);
-    });
-    return lines;
-  });
+// Rows of A x.
+LOCKSTEP_INLINE floatv row_times(const Skewed& skewed, const Array<Real>& diagonal, std::span<const Real> x,
+                                 std::size_t i) {
+  const Real* const at = &x[i];
+  const floatv d = load(&diagonal[i]);
+  return select(d > 0.f,
+                product(d, load(at), low_x(at), high_x(at), low_y(skewed, at), high_y(skewed, at), low_z(skewed, at),
+                        high_z(skewed, at)),
+                0.f);
 }
 
-// --- The factor. Whole and InBlocks, the two kinds of it, call f(part, coupled) for all parts in the order of a
-// triangular solve, ascending or descending. Every thread of the team must call them.
-
-// Whether neighbours beyond a tile count in the factor: along y, in the plane before, in the plane after.
-struct Coupled {
-  bool y, low_z, high_z;
-};
-
-// One factor of all cells, stage after stage. The barrier at the end of a stage makes what its parts wrote visible to
-// the next.
-struct Whole {
-  const Skewed& skewed;
-
-  template <class F>
-  void ascending(const F& f) const {
-    for (const std::vector<Stretch>& parts : skewed.stages()) of_stage(parts, f);
-  }
-  template <class F>
-  void descending(const F& f) const {
-    for (auto parts = skewed.stages().rbegin(); parts != skewed.stages().rend(); ++parts) of_stage(*parts, f);
-  }
-
- private:
-  template <class F>
-  static void of_stage(const std::vector<Stretch>& parts, const F& f) {
-    const std::ptrdiff_t count = std::ssize(parts);
-    // Parts of a stage do not wait for one another, and each writes its own cells.
-#pragma omp for schedule(static)
-    for (std::ptrdiff_t k = 0; k < count; ++k) f(parts[k], Coupled{true, true, true});
-  }
-};
-
-// A factor a block.
-struct InBlocks {
-  const Skewed& skewed;
-
-  template <class F>
-  void ascending(const F& f) const {
-    of_blocks([&](const std::vector<Stretch>& block) {
-      for (const Stretch& part : block) f(part, coupled(part));
-    });
-  }
-  template <class F>
-  void descending(const F& f) const {
-    of_blocks([&](const std::vector<Stretch>& block) {
-      for (auto part = block.rbegin(); part != block.rend(); ++part) f(*part, coupled(*part));
-    });
-  }
-
- private:
-  static Coupled coupled(const Stretch& part) {
-    return {false, part.z % side_of_a_block > 0, (part.z + 1) % side_of_a_block > 0};
-  }
-  template <class F>
-  void of_blocks(const F& f) const {
-    const std::ptrdiff_t count = std::ssize(skewed.blocks());
-    // Blocks do not read what others write, and each writes its own cells.
-#pragma omp for schedule(dynamic)
-    for (std::ptrdiff_t k = 0; k < count; ++k) f(skewed.blocks()[k]);
-  }
-};
-
-// Neighbours that count; those along x are given. A solve has just found them: they need not come back from memory.
-LOCKSTEP_INLINE floatv low_y(const Skewed& skewed, const Real* at, floatv low_x, const Coupled& coupled) {
-  return shift_up(low_x, coupled.y ? at[skewed.to_low_tile() + lanes - 1] : 0.f);
-}
-LOCKSTEP_INLINE floatv high_y(const Skewed& skewed, const Real* at, floatv high_x, const Coupled& coupled) {
-  return shift_down(high_x, coupled.y ? at[skewed.to_high_tile()] : 0.f);
-}
-LOCKSTEP_INLINE floatv low_z(const Skewed& skewed, const Real* at, const Coupled& coupled) {
-  return coupled.low_z ? low_z(skewed, at) : floatv(0.f);
-}
-LOCKSTEP_INLINE floatv high_z(const Skewed& skewed, const Real* at, const Coupled& coupled) {
-  return coupled.high_z ? high_z(skewed, at) : floatv(0.f);
-}
+// --- The factor
 
 // 1 / e of all cells.
 template <class Kind>
 Array<Real> make_inverses(const Skewed& skewed, const Kind& kind, const Array<Real>& diagonal,
                           const linear::Modification& modification, PressureMemory<Real>& memory) {
   const floatv tau = static_cast<Real>(modification.tau), sigma = static_cast<Real>(modification.sigma);
-  Array<Real> inverse = take_zeros(memory, skewed.size()), share = take_zeros(memory, skewed.size());
+  Array<Real> inverse = memory.take(skewed.size()), share = take_zeros(memory, skewed.size());
   // The threads share parts as the kind says. A part writes its own cells.
 #pragma omp parallel
-  kind.ascending([&](const Stretch& part, const Coupled& c) {
-    for_each_vector(skewed, part, [&](std::size_t i) {
+  kind.ascending([&](const Stretch& part, const Stretch&, const Coupled& of_part) {
+    for_each_vector(skewed, part, [&](std::size_t i, int k) {
+      const Coupled c = of_part.of_plane(k);
       const auto row = [](floatv d) { return select(d > 0.f, floatv(1.f), floatv(0.f)); };
       const Real *const d = &diagonal[i], *const s = &share[i];
       const floatv upper_neighbours = row(high_x(d)) + row(high_y(skewed, d, high_x(d), c)) + row(high_z(skewed, d, c));
@@ -214,78 +137,121 @@ Array<Real> make_inverses(const Skewed& skewed, const Kind& kind, const Array<Re
   return inverse;
 }
 
-// A sum over all cells in a pass that comes to the parts of a tile one after another: a lane goes on where the part
-// before left it.
-class Sum {
- public:
-  explicit Sum(const Skewed& skewed)
-      : skewed_(skewed), lines_(skewed.tiles().size(), doublev(0.)), tiles_(lines_.size()) {}
+// What the loop of conjugate gradients does with vectors (common/linear/iterate.h), in two passes through memory, which
+// bounds it: the first triangular solve goes with the step that gives it its r, the second one with those that use it.
+// r . z, which the direction needs, comes from the first.
+template <class Kind>
+struct Steps {
+  const Skewed& skewed;
+  const Kind& kind;
+  const Array<Real>&diagonal, &inverse;
+  Sum rr{skewed}, rz{skewed}, pq{skewed};
+  bool is_solved = false;  // the first triangular solve, of r
 
-  doublev lines(const Stretch& part) const { return lines_[part.of]; }
-  void go_on(const Stretch& part, doublev lines) {
-    lines_[part.of] = lines;
-    if (part.end == skewed_.tiles()[part.of].end) tiles_[part.of] = reduce_add(lines);
+  double dot(std::span<const Real> x, std::span<const Real> y) const {
+    return sum_of_tiles(skewed, [&](const Stretch& tile) {
+      Lines sum = zero_lines();
+      for_each_vector(skewed, tile,
+                      [&](std::size_t i, int k) { sum[k] = sum[k] + to_double(load(&x[i])) * to_double(load(&y[i])); });
+      return sum;
+    });
   }
-  double total() const {
-    double total = 0;
-    for (const double tile : tiles_) total += tile;
-    return total;
+  void axpy(Real a, std::span<const Real> x, std::span<Real> y) const {
+    for_each_tile(skewed, [&](const Stretch& tile) {
+      for_each_vector(skewed, tile, [&](std::size_t i, int) { store(&y[i], load(&y[i]) + a * load(&x[i])); });
+    });
   }
 
- private:
-  const Skewed& skewed_;
-  std::vector<doublev> lines_;
-  std::vector<double> tiles_;
+  double descend(Real a, std::span<Real> z, std::span<Real> r) {
+    // The threads share parts as the kind says. A part writes its own cells, and its tile's sums.
+#pragma omp parallel
+    kind.ascending([&, a](const Stretch& part, const Stretch& next, const Coupled& c) {
+      const std::ptrdiff_t begin = skewed.at(part.tile, part.z, part.begin),
+                           ahead = skewed.at(next.tile, next.z, next.begin) - begin;
+      Lines r_r = rr.lines(part, is_lowest(part)), r_z = rz.lines(part, is_lowest(part));
+      floatv y[depth];  // of the vectors before
+      for (int k = 0; k < depth; ++k) y[k] = low_x(&z[begin + k * skewed.along_z()]);
+      for_each_vector(skewed, part, [&](std::size_t i, int k) {
+        Real* const at = &z[i];
+        prefetch<0>(&inverse[i] + ahead), prefetch_to_write(at + ahead, &r[i] + ahead);
+        const floatv rest = load(&r[i]) - a * load(at);
+        store(&r[i], rest);
+        r_r[k] = r_r[k] + to_double(rest) * to_double(rest);
+        const floatv ey = forward(rest, y[k], low_y(skewed, at, y[k], c), low_z(skewed, at, c.of_plane(k)));
+        y[k] = ey * load(&inverse[i]);
+        store(at, y[k]);
+        r_z[k] = r_z[k] + to_double(ey) * to_double(y[k]);
+      });
+      rr.go_on(part, r_r, is_highest(part)), rz.go_on(part, r_z, is_highest(part));
+    });
+    is_solved = true;
+    return rr.total();
+  }
+
+  // The first triangular solve: z becomes y. Returns r . M^-1 r. `descend` has solved for the r that it left.
+  double precondition(std::span<Real> r, std::span<Real> z) {
+    if (!is_solved) descend(0, z, r);
+    return rz.total();
+  }
+
+  // The second triangular solve, the step and the next direction, and z = A p. Returns p . A p.
+  double advance_and_multiply(Real a, Real b, std::span<Real> x, std::span<Real> p, std::span<Real> z) {
+    // The threads share parts as the kind says. A part writes its own cells, and its tile's sum.
+#pragma omp parallel
+    kind.descending(
+        [&, a, b](const Stretch& part, const Stretch& next, const Coupled& c) {
+          const std::ptrdiff_t end = skewed.at(part.tile, part.z, part.end),
+                               ahead = skewed.at(next.tile, next.z, next.end) - end;
+          floatv after[depth];  // z of the vectors after
+          for (int k = 0; k < depth; ++k) after[k] = load(&z[end + k * skewed.along_z()]);
+          for_each_vector_backward(skewed, part, [&](std::size_t i, int k) {
+            Real* const at = &z[i];
+            prefetch<0>(&inverse[i] + ahead), prefetch_to_write(at + ahead, &x[i] + ahead, &p[i] + ahead);
+            after[k] = backward(load(&inverse[i]), load(at), after[k], high_y(skewed, at, after[k], c),
+                                high_z(skewed, at, c.of_plane(k)));
+            store(at, after[k]);
+            const floatv along = load(&p[i]);
+            store(&x[i], load(&x[i]) + a * along);
+            store(&p[i], after[k] + b * along);
+          });
+        },
+        [&](const Stretch& part, const Stretch& next) {
+          const std::ptrdiff_t ahead = skewed.at(next.tile, next.z, next.end) - skewed.at(part.tile, part.z, part.end);
+          Lines p_q = pq.lines(part, is_highest(part));
+          for_each_vector_backward(skewed, part, [&](std::size_t i, int k) {
+            prefetch<0>(&diagonal[i] + ahead);
+            const floatv q = row_times(skewed, diagonal, p, i);
+            store(&z[i], q);
+            p_q[k] = p_q[k] + to_double(load(&p[i])) * to_double(q);
+          });
+          pq.go_on(part, p_q, is_lowest(part));
+        });
+    return pq.total();
+  }
+
+  bool is_lowest(const Stretch& part) const { return part.begin == skewed.tiles()[part.of].begin; }
+  bool is_highest(const Stretch& part) const { return part.end == skewed.tiles()[part.of].end; }
 };
 
-// z = M^-1 r. Returns r . z.
-template <class Kind>
-double precondition(const Skewed& skewed, const Kind& kind, const Array<Real>& inverse, std::span<const Real> r,
-                    std::span<Real> z) {
-  Sum rz(skewed);
-  // The threads share parts as the kind says. A part writes its own cells, and its tile's sums.
-#pragma omp parallel
-  {
-    kind.ascending([&](const Stretch& part, const Coupled& c) {
-      doublev lines = rz.lines(part);
-      floatv y = low_x(&z[skewed.at(part.tile, part.z, part.begin)]);  // of the vector before
-      for_each_vector(skewed, part, [&](std::size_t i) {
-        Real* const at = &z[i];
-        prefetch<ahead>(&inverse[i], &r[i]);
-        const floatv ey = forward(load(&r[i]), y, low_y(skewed, at, y, c), low_z(skewed, at, c));
-        y = ey * load(&inverse[i]);
-        store(at, y);
-        lines = lines + to_double(ey) * to_double(y);
-      });
-      rz.go_on(part, lines);
-    });
-    kind.descending([&](const Stretch& part, const Coupled& c) {
-      floatv after = load(&z[skewed.at(part.tile, part.z, part.end)]);
-      for_each_vector_backward(skewed, part, [&](std::size_t i) {
-        Real* const at = &z[i];
-        prefetch<-ahead>(&inverse[i], at);
-        after = backward(load(&inverse[i]), load(at), after, high_y(skewed, at, after, c), high_z(skewed, at, c));
-        store(at, after);
-      });
-    });
-  }
-  return rz.total();
-}
-
-Array<Real> skew(const Skewed& skewed, const Array<Real>& of_cells, PressureMemory<Real>& memory) {
-  Array<Real> to = take_zeros(memory, skewed.size());
+Array<Real> skew(const Skewed& skewed, const Array<Real>& of_cells, Array<Real> to) {
   for_each_tile(
       skewed, [&](const Stretch& tile) { fill(skewed, tile, to, [&](std::size_t i) { return load(&of_cells[i]); }); });
   return to;
 }
 
-// Adds x to the pressure, sets x to 0, and computes the residual of the pressure.
-double refresh(const System<Real>& system, const Skewed& skewed, Array<double>& q, std::span<Real> x,
-               std::span<Real> r) {
+void fill_tiles_with_zeros(const Skewed& skewed, std::span<Real> x) {
   for_each_tile(skewed, [&](const Stretch& tile) {
-    add(skewed, tile, x, q);
-    for_each_vector(skewed, tile, [&](std::size_t i) { store(&x[i], floatv(0.f)); });
+    for_each_vector(skewed, tile, [&](std::size_t i, int) { store(&x[i], floatv(0.f)); });
   });
+}
+
+// Adds x to the pressure, sets x to 0, and computes the residual of the pressure.
+template <class Kind>
+double refresh(const System<Real>& system, Steps<Kind>& steps, Array<double>& q, std::span<Real> x, std::span<Real> r) {
+  const Skewed& skewed = steps.skewed;
+  steps.is_solved = false;
+  for_each_tile(skewed, [&](const Stretch& tile) { add(skewed, tile, x, q); });
+  fill_tiles_with_zeros(skewed, x);
   const std::ptrdiff_t line = system.cells.line(), plane = system.cells.plane();
   for_each_tile(skewed, [&](const Stretch& tile) {
     fill(skewed, tile, r, [&](std::size_t i) {
@@ -296,7 +262,7 @@ double refresh(const System<Real>& system, const Skewed& skewed, Array<double>& 
       return select(diagonal > 0.f, to_float(to_double(load(&system.right[i])) - row), 0.f);
     });
   });
-  return Vectors{skewed}.dot(r, r);
+  return steps.dot(r, r);
 }
 
 template <class Kind>
@@ -305,17 +271,21 @@ linear::Solution solve(const System<Real>& system, const PressureSettings& setti
   const auto start = start_of(system, settings.guess, memory, q);
   const Skewed skewed(system);
   const Kind kind{skewed};
-  Array<Real> diagonal = skew(skewed, system.diagonal, memory), right = skew(skewed, system.right, memory),
-              inverse = make_inverses(skewed, kind, diagonal, settings.modification, memory);
-  const linear::System<Real> operators = {
-      .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(skewed, diagonal, x, y); },
-      .precondition = [&](auto r, auto z) { return precondition(skewed, kind, inverse, r, z); },
-      .residual = nullptr,
-      .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, skewed, q, x, r); },
-      .start = start};
+  // What has neighbours is 0 beyond the tiles; the rest of the other arrays may hold anything.
   const auto zeros = [&] { return take_zeros(memory, skewed.size()); };
-  Array<Real> x = zeros(), r = zeros(), z = zeros(), p = zeros();
-  const linear::Solution solution = linear::iterate(Vectors{skewed}, operators, right, {x, r, z, p}, settings.stop);
+  const auto some = [&] { return memory.take(skewed.size()); };
+  Array<Real> diagonal = skew(skewed, system.diagonal, zeros()), right = skew(skewed, system.right, some()),
+              inverse = make_inverses(skewed, kind, diagonal, settings.modification, memory);
+  Array<Real> x = some(), r = some(), z = zeros(), p = zeros();
+  for (Array<Real>* array : {&x, &r}) fill_tiles_with_zeros(skewed, *array);
+  Steps<Kind> steps{skewed, kind, diagonal, inverse};
+  const linear::System<Real> operators = {
+      .multiply = nullptr,
+      .precondition = [&](auto, auto z) { return steps.precondition(r, z); },
+      .residual = nullptr,
+      .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, steps, q, x, r); },
+      .start = start};
+  const linear::Solution solution = linear::iterate(steps, operators, right, {x, r, z, p}, settings.stop);
   for (Array<Real>* array : {&diagonal, &right, &inverse, &x, &r, &z, &p}) memory.give_back(*array);
   return solution;
 }

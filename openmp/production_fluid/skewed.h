@@ -7,9 +7,8 @@
 // or down. Solves against x, y and z go through the same vectors backwards. Sixteen lines of a plane are a tile; the
 // outer neighbours of its first and last lane are in the tiles beside.
 //
-// Lanes without a row of the system hold 0, lanes beyond the box among them. A tile more on either side, and a plane
-// more, are all 0. Where the tile beside has no vector for an outer neighbour, the load finds vectors of the tile
-// itself that are done; the lane that takes it has no row, and the value is finite.
+// Lanes without a row of the system hold 0, lanes beyond the box among them. A tile more on either side, and planes
+// more, are all 0. So are the vectors between two tiles, where loads of outer neighbours end that have no row.
 //
 // No serial twin: serial vectors are in the order of the cells.
 #pragma once
@@ -25,7 +24,11 @@
 
 namespace lockstep::production_fluid::openmp {
 
-// Vectors begin .. end - 1 of a tile in a plane.
+// Passes take so many planes at once: chains of operations that wait for one another go side by side, and neighbours
+// along z stay in registers.
+inline constexpr int depth = 2;
+
+// Vectors begin .. end - 1 of a tile in planes z .. z + depth - 1.
 struct Stretch {
   int tile, z, begin, end;
   int of;  // the tile's number in Skewed::tiles
@@ -35,18 +38,21 @@ class Skewed {
  public:
   explicit Skewed(const System<float>& system);
 
-  // The tiles that have rows, and their vectors from the first to the last with a row; by z, then by tile.
+  // The tiles that have rows, in steps of `depth` planes, and their vectors from the first to the last with a row; by
+  // z, then by tile.
   const std::vector<Stretch>& tiles() const { return tiles_; }
 
   // The same in parts, stage by stage. In a solve along x, y and z, a part waits only for parts of earlier stages; in
-  // one backwards, only for parts of later stages.
+  // one backwards, only for parts of later stages. Neighbours are at most `stages_between` stages apart. By x, then by
+  // tile: threads that share a stage so have few neighbours in common.
   const std::vector<std::vector<Stretch>>& stages() const { return stages_; }
 
-  // The same by blocks, each of one tile along y and `side_of_a_block` planes, in ascending order of z.
+  // The tiles by blocks, each of one tile along y and `side_of_a_block` planes, in ascending order of z.
   const std::vector<std::vector<Stretch>>& blocks() const { return blocks_; }
 
   std::size_t size() const {  // elements of a vector
-    return padded(static_cast<std::size_t>(stride()) * lanes * (tiles_along_y_ + 2) * (cells_.nz + 2) + 2 * margin());
+    return padded(static_cast<std::size_t>(stride()) * lanes * (tiles_along_y_ + 2) * (steps_along_z() * depth + 2) +
+                  2 * margin());
   }
   // Where lane 0 of vector s stands.
   std::ptrdiff_t at(int tile, int z, int s) const {
@@ -62,9 +68,16 @@ class Skewed {
 
   const Bordered& cells() const { return cells_; }
 
+  // Places for a number of each tile and plane, by z, then by tile; and the place for plane z + k of a stretch.
+  std::size_t planes_of_tiles() const { return std::size_t(tiles_along_y_) * steps_along_z() * depth; }
+  std::size_t plane_of_tile(const Stretch& part, int k) const {
+    return (part.z + k) * std::size_t(tiles_along_y_) + part.tile;
+  }
+
  private:
-  // Vectors of a tile in a plane, and one that stays 0: the neighbour along x of the first and of the last.
-  std::ptrdiff_t stride() const { return cells_.nx + lanes; }
+  int steps_along_z() const { return (cells_.nz + depth - 1) / depth; }
+  // Vectors of a tile in a plane, and as many that stay 0 as lead from a vector to its outer neighbours.
+  std::ptrdiff_t stride() const { return cells_.nx + 2 * lanes - 1; }
   static constexpr std::ptrdiff_t margin() { return 2 * lanes * lanes; }
 
   Bordered cells_;
@@ -75,34 +88,35 @@ class Skewed {
 
 // The parts of a tile end where x + y is a multiple of this: small enough for many parts a stage, large enough for few
 // stages.
-inline constexpr int part_length = 32;
+inline constexpr int part_length = 16;
+inline constexpr int stages_between = 2;
 
 inline Skewed::Skewed(const System<float>& system)
     : cells_(system.cells), tiles_along_y_((cells_.ny + lanes - 1) / lanes) {
-  for (int z = 0; z < cells_.nz; ++z)
+  for (int z = 0; z < cells_.nz; z += depth)
     for (int tile = 0; tile < tiles_along_y_; ++tile) {
       Stretch all = {tile, z, cells_.nx + lanes, 0, static_cast<int>(tiles_.size())};
-      for (int l = 0; l < std::min(lanes, cells_.ny - tile * lanes); ++l) {
-        const int line = tile * lanes + l + cells_.ny * z, first = system.first_run[line],
-                  last = system.first_run[line + 1] - 1;
-        if (first > last) continue;
-        all.begin = std::min(all.begin, system.runs[first].begin + l);
-        all.end = std::max(all.end, system.runs[last].end + l);
-      }
+      for (int k = 0; k < std::min(depth, cells_.nz - z); ++k)
+        for (int l = 0; l < std::min(lanes, cells_.ny - tile * lanes); ++l) {
+          const int line = tile * lanes + l + cells_.ny * (z + k), first = system.first_run[line],
+                    last = system.first_run[line + 1] - 1;
+          if (first > last) continue;
+          all.begin = std::min(all.begin, system.runs[first].begin + l);
+          all.end = std::max(all.end, system.runs[last].end + l);
+        }
       if (all.begin < all.end) tiles_.push_back(all);
     }
   // Vector s of a tile has cells of x + y = s + 16 tile. A part waits for vectors of lesser x + y in the tile before,
-  // and for the same vectors in the plane before.
-  for (const Stretch& all : tiles_) {
-    const int skew = all.tile * lanes;
-    for (int begin = all.begin; begin < all.end;) {
-      const int chunk = (begin + skew) / part_length, end = std::min(all.end, (chunk + 1) * part_length - skew);
-      const std::size_t stage = all.tile + all.z + chunk;
-      if (stages_.size() <= stage) stages_.resize(stage + 1);
-      stages_[stage].push_back({all.tile, all.z, begin, end, all.of});
-      begin = end;
+  // and for the same vectors in the planes before.
+  const int chunks = (cells_.nx + (tiles_along_y_ + 1) * lanes) / part_length + 1;
+  stages_.resize(tiles_along_y_ + steps_along_z() + chunks);
+  for (int chunk = 0; chunk < chunks; ++chunk)
+    for (const Stretch& all : tiles_) {
+      const int skew = all.tile * lanes, begin = std::max(all.begin, chunk * part_length - skew),
+                end = std::min(all.end, (chunk + 1) * part_length - skew);
+      if (begin < end) stages_[all.tile + all.z / depth + chunk].push_back({all.tile, all.z, begin, end, all.of});
     }
-  }
+  std::erase_if(stages_, [](const std::vector<Stretch>& parts) { return parts.empty(); });
 
   const int slabs = (cells_.nz + side_of_a_block - 1) / side_of_a_block;
   blocks_.resize(std::size_t(slabs) * tiles_along_y_);

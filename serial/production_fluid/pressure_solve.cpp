@@ -58,51 +58,12 @@ void descending(const System<Real>& system, int y, int z, const F& f) {
     for (int x = system.runs[run].end - 1; x >= system.runs[run].begin; --x) f(system.cells.index(x, y, z));
 }
 
-// What the loop of conjugate gradients does with vectors (common/linear/dot.h, update.h).
-struct Vectors {
-  const System<Real>& system;
-
-  double dot(std::span<const Real> x, std::span<const Real> y) const {
-    return sum_of_lines(system, [&](int line, int plane) {
-      double sum = 0;
-      ascending(system, line, plane, [&](std::size_t i) { sum += static_cast<double>(x[i]) * y[i]; });
-      return sum;
-    });
-  }
-  void axpy(Real a, std::span<const Real> x, std::span<Real> y) const {
-    for_each_cell(system, [&](std::size_t i) { y[i] += a * x[i]; });
-  }
-  void advance(Real a, std::span<const Real> z, Real b, std::span<Real> x, std::span<Real> p) const {
-    for_each_cell(system, [&](std::size_t i) {
-      x[i] += a * p[i];
-      p[i] = z[i] + b * p[i];
-    });
-  }
-  double descend(Real a, std::span<const Real> q, std::span<Real> r) const {
-    for_each_cell(system, [&](std::size_t i) { r[i] -= a * q[i]; });
-    return dot(r, r);
-  }
-};
-
 // Row i of A x.
 template <class T>
 T row_times(const System<Real>& system, const T* x, std::size_t i) {
   const std::ptrdiff_t line = system.cells.line(), plane = system.cells.plane();
   const T* const at = x + i;
   return product<T>(system.diagonal[i], at[0], at[-1], at[1], at[-line], at[line], at[-plane], at[plane]);
-}
-
-double multiply(const System<Real>& system, std::span<const Real> x, std::span<Real> y) {
-  for_each_cell(system, [&](std::size_t i) { y[i] = row_times(system, x.data(), i); });
-  return Vectors{system}.dot(x, y);
-}
-
-// Adds x to the pressure, sets x to 0, and computes the residual of the pressure.
-double refresh(const System<Real>& system, Array<double>& q, std::span<Real> x, std::span<Real> r) {
-  for_each_cell(system, [&](std::size_t i) { q[i] += x[i], x[i] = 0; });
-  for_each_cell(system,
-                [&](std::size_t i) { r[i] = static_cast<Real>(system.right[i] - row_times(system, q.data(), i)); });
-  return Vectors{system}.dot(r, r);
 }
 
 // --- The factor
@@ -141,43 +102,88 @@ Array<Real> make_inverses(const System<Real>& system, int block, const linear::M
   return inverse;
 }
 
-// z = M^-1 r. Returns r . z.
-double precondition(const System<Real>& system, int block, const Array<Real>& inverse, std::span<const Real> r,
-                    std::span<Real> z) {
-  const auto [nx, ny, nz] = system.cells;
-  const double rz = sum_of_lines(system, [&](int line, int plane) {
-    const Neighbours n = neighbours_of(system.cells, block, line, plane);
-    double sum = 0;
-    ascending(system, line, plane, [&](std::size_t i) {
-      const Real ey = forward(r[i], z[i - 1], z[i + n.low_y], z[i + n.low_z]);
-      z[i] = inverse[i] * ey;
-      sum += static_cast<double>(ey) * z[i];
+// What the loop of conjugate gradients does with vectors (common/linear/iterate.h). Of the two triangular solves with
+// the factor, the second belongs to the step that uses its result.
+struct Steps {
+  const System<Real>& system;
+  int block;
+  const Array<Real>& inverse;
+
+  double dot(std::span<const Real> x, std::span<const Real> y) const {
+    return sum_of_lines(system, [&](int line, int plane) {
+      double sum = 0;
+      ascending(system, line, plane, [&](std::size_t i) { sum += static_cast<double>(x[i]) * y[i]; });
+      return sum;
     });
-    return sum;
-  });
-  for (int plane = nz - 1; plane >= 0; --plane)
-    for (int line = ny - 1; line >= 0; --line) {
+  }
+  void axpy(Real a, std::span<const Real> x, std::span<Real> y) const {
+    for_each_cell(system, [&](std::size_t i) { y[i] += a * x[i]; });
+  }
+
+  double descend(Real a, std::span<const Real> q, std::span<Real> r) const {
+    for_each_cell(system, [&](std::size_t i) { r[i] -= a * q[i]; });
+    return dot(r, r);
+  }
+
+  // The first triangular solve: z becomes y. Returns r . M^-1 r.
+  double precondition(std::span<const Real> r, std::span<Real> z) const {
+    return sum_of_lines(system, [&](int line, int plane) {
       const Neighbours n = neighbours_of(system.cells, block, line, plane);
-      descending(system, line, plane,
-                 [&](std::size_t i) { z[i] = backward(inverse[i], z[i], z[i + 1], z[i + n.high_y], z[i + n.high_z]); });
-    }
-  return rz;
+      double sum = 0;
+      ascending(system, line, plane, [&](std::size_t i) {
+        const Real ey = forward(r[i], z[i - 1], z[i + n.low_y], z[i + n.low_z]);
+        z[i] = inverse[i] * ey;
+        sum += static_cast<double>(ey) * z[i];
+      });
+      return sum;
+    });
+  }
+
+  // The second triangular solve, the step and the next direction, and z = A p. Returns p . A p.
+  double advance_and_multiply(Real a, Real b, std::span<Real> x, std::span<Real> p, std::span<Real> z) const {
+    const auto [nx, ny, nz] = system.cells;
+    for (int plane = nz - 1; plane >= 0; --plane)
+      for (int line = ny - 1; line >= 0; --line) {
+        const Neighbours n = neighbours_of(system.cells, block, line, plane);
+        descending(system, line, plane, [&](std::size_t i) {
+          z[i] = backward(inverse[i], z[i], z[i + 1], z[i + n.high_y], z[i + n.high_z]);
+        });
+      }
+    for_each_cell(system, [&](std::size_t i) {
+      x[i] += a * p[i];
+      p[i] = z[i] + b * p[i];
+    });
+    for_each_cell(system, [&](std::size_t i) { z[i] = row_times(system, p.data(), i); });
+    return sum_of_lines(system, [&](int line, int plane) {
+      double sum = 0;
+      descending(system, line, plane, [&](std::size_t i) { sum += static_cast<double>(p[i]) * z[i]; });
+      return sum;
+    });
+  }
+};
+
+// Adds x to the pressure, sets x to 0, and computes the residual of the pressure.
+double refresh(const System<Real>& system, const Steps& steps, Array<double>& q, std::span<Real> x, std::span<Real> r) {
+  for_each_cell(system, [&](std::size_t i) { q[i] += x[i], x[i] = 0; });
+  for_each_cell(system,
+                [&](std::size_t i) { r[i] = static_cast<Real>(system.right[i] - row_times(system, q.data(), i)); });
+  return steps.dot(r, r);
 }
 
 linear::Solution solve(const System<Real>& system, int block, const PressureSettings& settings,
                        PressureMemory<Real>& memory, Array<double>& q) {
   const auto start = start_of(system, settings.guess, memory, q);
-  Array<Real> inverse = make_inverses(system, block, settings.modification, memory);
-  const linear::System<Real> operators = {
-      .multiply = [&](std::span<const Real> x, std::span<Real> y) { return multiply(system, x, y); },
-      .precondition = [&](auto r, auto z) { return precondition(system, block, inverse, r, z); },
-      .residual = nullptr,
-      .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, q, x, r); },
-      .start = start};
   const auto zeros = [&] { return memory.take_zeros(system.cells.size()); };
+  Array<Real> inverse = make_inverses(system, block, settings.modification, memory);
   Array<Real> x = zeros(), r = zeros(), z = zeros(), p = zeros();
-  const linear::Solution solution =
-      linear::iterate(Vectors{system}, operators, system.right, {x, r, z, p}, settings.stop);
+  const Steps steps{system, block, inverse};
+  const linear::System<Real> operators = {
+      .multiply = nullptr,
+      .precondition = [&](auto r, auto z) { return steps.precondition(r, z); },
+      .residual = nullptr,
+      .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, steps, q, x, r); },
+      .start = start};
+  const linear::Solution solution = linear::iterate(steps, operators, system.right, {x, r, z, p}, settings.stop);
   for (Array<Real>* array : {&inverse, &x, &r, &z, &p}) memory.give_back(*array);
   return solution;
 }
