@@ -31,8 +31,8 @@ struct Work {
 };
 
 // Vectors has functions dot, axpy, advance and descend, as dot.h and update.h say. In place of `advance` it may have
-// advance_and_multiply(a, b, x, p, z): advance(a, z, b, x, p), then system.multiply(p, z), whose result it returns. Then
-// system.multiply is not called, and system.precondition may leave to that function what remains to be done for z.
+// advance_and_multiply(a, b, x, p, z): advance(a, z, b, x, p), then system.multiply(p, z), whose result it returns.
+// Then system.multiply is not called, and system.precondition may leave to that function what remains to be done for z.
 template <class Real, class Vectors>
 Solution iterate(Vectors&& vectors, const System<Real>& system, std::type_identity_t<std::span<const Real>> b,
                  const std::type_identity_t<Work<Real>>& work, const Stop& stop) {
