@@ -2,8 +2,8 @@
 //
 // The algorithm and its serial form stand in serial/production_fluid/pressure_solve.cpp. All vectors of the solve are
 // in the order of skewed.h, so that the triangular solves take sixteen cells at once with neighbours in the same order
-// as ever, and every other operation goes straight through memory. The system comes into that order once, and the
-// pressure leaves it whenever it is refreshed.
+// as ever. An iteration goes through memory twice. The system comes into that order once, and the pressure leaves it
+// whenever it is refreshed.
 //
 // The contract stands in common/production_fluid/pressure_solve.h.
 #include "common/production_fluid/pressure_solve.h"
@@ -138,14 +138,14 @@ Array<Real> make_inverses(const Skewed& skewed, const Kind& kind, const Array<Re
 }
 
 // What the loop of conjugate gradients does with vectors (common/linear/iterate.h), in two passes through memory, which
-// bounds it: the first triangular solve goes with the step that gives it its r, the second one with those that use it.
-// r . z, which the direction needs, comes from the first.
+// bounds it. The first triangular solve goes with the update of r, which it begins with. The second one goes with the
+// step, the direction and the product, which use its z. The direction needs r . z: that comes from the first solve.
 template <class Kind>
 struct Steps {
   const Skewed& skewed;
   const Kind& kind;
   const Array<Real>&diagonal, &inverse;
-  Sum rr{skewed}, rz{skewed}, pq{skewed};
+  Sum sum_rr{skewed}, sum_rz{skewed}, sum_pq{skewed};
   bool is_solved = false;  // the first triangular solve, of r
 
   double dot(std::span<const Real> x, std::span<const Real> y) const {
@@ -162,13 +162,14 @@ struct Steps {
     });
   }
 
+  // z holds q, then y of the new r.
   double descend(Real a, std::span<Real> z, std::span<Real> r) {
     // The threads share parts as the kind says. A part writes its own cells, and its tile's sums.
 #pragma omp parallel
     kind.ascending([&, a](const Stretch& part, const Stretch& next, const Coupled& c) {
       const std::ptrdiff_t begin = skewed.at(part.tile, part.z, part.begin),
                            ahead = skewed.at(next.tile, next.z, next.begin) - begin;
-      Lines r_r = rr.lines(part, is_lowest(part)), r_z = rz.lines(part, is_lowest(part));
+      Lines rr = sum_rr.lines(part, is_lowest(part)), rz = sum_rz.lines(part, is_lowest(part));
       floatv y[depth];  // of the vectors before
       for (int k = 0; k < depth; ++k) y[k] = low_x(&z[begin + k * skewed.along_z()]);
       for_each_vector(skewed, part, [&](std::size_t i, int k) {
@@ -176,22 +177,22 @@ struct Steps {
         prefetch<0>(&inverse[i] + ahead), prefetch_to_write(at + ahead, &r[i] + ahead);
         const floatv rest = load(&r[i]) - a * load(at);
         store(&r[i], rest);
-        r_r[k] = r_r[k] + to_double(rest) * to_double(rest);
+        rr[k] = rr[k] + to_double(rest) * to_double(rest);
         const floatv ey = forward(rest, y[k], low_y(skewed, at, y[k], c), low_z(skewed, at, c.of_plane(k)));
         y[k] = ey * load(&inverse[i]);
         store(at, y[k]);
-        r_z[k] = r_z[k] + to_double(ey) * to_double(y[k]);
+        rz[k] = rz[k] + to_double(ey) * to_double(y[k]);
       });
-      rr.go_on(part, r_r, is_highest(part)), rz.go_on(part, r_z, is_highest(part));
+      sum_rr.go_on(part, rr, is_highest(part)), sum_rz.go_on(part, rz, is_highest(part));
     });
     is_solved = true;
-    return rr.total();
+    return sum_rr.total();
   }
 
   // The first triangular solve: z becomes y. Returns r . M^-1 r. `descend` has solved for the r that it left.
   double precondition(std::span<Real> r, std::span<Real> z) {
     if (!is_solved) descend(0, z, r);
-    return rz.total();
+    return sum_rz.total();
   }
 
   // The second triangular solve, the step and the next direction, and z = A p. Returns p . A p.
@@ -217,16 +218,16 @@ struct Steps {
         },
         [&](const Stretch& part, const Stretch& next) {
           const std::ptrdiff_t ahead = skewed.at(next.tile, next.z, next.end) - skewed.at(part.tile, part.z, part.end);
-          Lines p_q = pq.lines(part, is_highest(part));
+          Lines pq = sum_pq.lines(part, is_highest(part));
           for_each_vector_backward(skewed, part, [&](std::size_t i, int k) {
             prefetch<0>(&diagonal[i] + ahead);
             const floatv q = row_times(skewed, diagonal, p, i);
             store(&z[i], q);
-            p_q[k] = p_q[k] + to_double(load(&p[i])) * to_double(q);
+            pq[k] = pq[k] + to_double(load(&p[i])) * to_double(q);
           });
-          pq.go_on(part, p_q, is_lowest(part));
+          sum_pq.go_on(part, pq, is_lowest(part));
         });
-    return pq.total();
+    return sum_pq.total();
   }
 
   bool is_lowest(const Stretch& part) const { return part.begin == skewed.tiles()[part.of].begin; }
@@ -249,7 +250,7 @@ void fill_tiles_with_zeros(const Skewed& skewed, std::span<Real> x) {
 template <class Kind>
 double refresh(const System<Real>& system, Steps<Kind>& steps, Array<double>& q, std::span<Real> x, std::span<Real> r) {
   const Skewed& skewed = steps.skewed;
-  steps.is_solved = false;
+  steps.is_solved = false;  // r becomes another
   for_each_tile(skewed, [&](const Stretch& tile) { add(skewed, tile, x, q); });
   fill_tiles_with_zeros(skewed, x);
   const std::ptrdiff_t line = system.cells.line(), plane = system.cells.plane();
@@ -271,12 +272,12 @@ linear::Solution solve(const System<Real>& system, const PressureSettings& setti
   const auto start = start_of(system, settings.guess, memory, q);
   const Skewed skewed(system);
   const Kind kind{skewed};
-  // What has neighbours is 0 beyond the tiles; the rest of the other arrays may hold anything.
+  // Arrays whose neighbours are read are 0 beyond the tiles, too. The others are only read within them.
   const auto zeros = [&] { return take_zeros(memory, skewed.size()); };
-  const auto some = [&] { return memory.take(skewed.size()); };
-  Array<Real> diagonal = skew(skewed, system.diagonal, zeros()), right = skew(skewed, system.right, some()),
+  const auto unset = [&] { return memory.take(skewed.size()); };
+  Array<Real> diagonal = skew(skewed, system.diagonal, zeros()), right = skew(skewed, system.right, unset()),
               inverse = make_inverses(skewed, kind, diagonal, settings.modification, memory);
-  Array<Real> x = some(), r = some(), z = zeros(), p = zeros();
+  Array<Real> x = unset(), r = unset(), z = zeros(), p = zeros();
   for (Array<Real>* array : {&x, &r}) fill_tiles_with_zeros(skewed, *array);
   Steps<Kind> steps{skewed, kind, diagonal, inverse};
   const linear::System<Real> operators = {

@@ -4,8 +4,8 @@
 // A solve works on a cell once its neighbours along -x, -y and -z are done. So in sixteen lines along x, one above the
 // other, lane l is cell x = s - l of line l in vector s. Its neighbours along x are the same lane of vectors s - 1 and
 // s + 1, those along y the lanes beside in the same two vectors, and those along z the same lane of vector s a plane up
-// or down. Solves against x, y and z go through the same vectors backwards. Sixteen lines of a plane are a tile; the
-// outer neighbours of its first and last lane are in the tiles beside.
+// or down. Solves against x, y and z go through the same vectors backwards. Sixteen lines of `depth` planes are a tile;
+// the outer neighbours of its first and last lane are in the tiles beside.
 //
 // Lanes without a row of the system hold 0, lanes beyond the box among them. A tile more on either side, and planes
 // more, are all 0. So are the vectors between two tiles, where loads of outer neighbours end that have no row.
@@ -24,8 +24,8 @@
 
 namespace lockstep::production_fluid::openmp {
 
-// Passes take so many planes at once: chains of operations that wait for one another go side by side, and neighbours
-// along z stay in registers.
+// Passes take so many planes at once. Two threads then take .94 of the time that they take with one plane
+// (notes/production_fluid.md).
 inline constexpr int depth = 2;
 
 // Vectors begin .. end - 1 of a tile in planes z .. z + depth - 1.
@@ -43,8 +43,8 @@ class Skewed {
   const std::vector<Stretch>& tiles() const { return tiles_; }
 
   // The same in parts, stage by stage. In a solve along x, y and z, a part waits only for parts of earlier stages; in
-  // one backwards, only for parts of later stages. Neighbours are at most `stages_between` stages apart. By x, then by
-  // tile: threads that share a stage so have few neighbours in common.
+  // one backwards, only for parts of later stages. Neighbours are at most `stages_between` stages apart. Parts of a
+  // stage are in order of x + y: where threads take runs of them, few neighbours are another thread's.
   const std::vector<std::vector<Stretch>>& stages() const { return stages_; }
 
   // The tiles by blocks, each of one tile along y and `side_of_a_block` planes, in ascending order of z.
@@ -68,12 +68,6 @@ class Skewed {
 
   const Bordered& cells() const { return cells_; }
 
-  // Places for a number of each tile and plane, by z, then by tile; and the place for plane z + k of a stretch.
-  std::size_t planes_of_tiles() const { return std::size_t(tiles_along_y_) * steps_along_z() * depth; }
-  std::size_t plane_of_tile(const Stretch& part, int k) const {
-    return (part.z + k) * std::size_t(tiles_along_y_) + part.tile;
-  }
-
  private:
   int steps_along_z() const { return (cells_.nz + depth - 1) / depth; }
   // Vectors of a tile in a plane, and as many that stay 0 as lead from a vector to its outer neighbours.
@@ -89,7 +83,7 @@ class Skewed {
 // The parts of a tile end where x + y is a multiple of this: small enough for many parts a stage, large enough for few
 // stages.
 inline constexpr int part_length = 16;
-inline constexpr int stages_between = 2;
+inline constexpr int stages_between = 2;  // along y: one tile further, and at most one multiple of x + y
 
 inline Skewed::Skewed(const System<float>& system)
     : cells_(system.cells), tiles_along_y_((cells_.ny + lanes - 1) / lanes) {

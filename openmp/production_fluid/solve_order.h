@@ -47,8 +47,8 @@ struct Whole {
   template <class F, class G>
   void descending(const F& f, const G& g) const {
     const std::ptrdiff_t count = std::ssize(skewed.stages());
-    // f works on stage s, and reads up to stage s + stages_between. g works on the next one, which f does not read, and
-    // reads as far on both sides, where f is done.
+    // f works on stage s, and reads up to stage s + stages_between. g works on the first stage that f no longer reads.
+    // It reads stages_between further on both sides, where f is done.
     for (std::ptrdiff_t s = count - 1; s >= -behind; --s) {
       my_parts(s + behind, s + behind - 1, g);
       my_parts(s, s - 1, [&](const Stretch& part, const Stretch& next) { f(part, next, Coupled{true, true, true}); });
