@@ -13,18 +13,17 @@
 //         serial goes through the cells in order. openmp goes along wavefronts (openmp/production_fluid/skewed.h): each
 //         cell reads the same values as in order.
 //   block_mic
-//         the same with one factor for each block of whole lines, sixteen along y and sixteen along z: neighbours in
-//         another block do not count. Blocks do not wait for one another, and do not depend on the number of threads;
-//         the price is more iterations.
+//         the same with one factor for each sixteen planes along z: neighbours in another block do not count. Blocks do
+//         not wait for one another, and do not depend on the number of threads; the price is more iterations.
 //   multigrid
 //         preconditioned by a V-cycle (multigrid.h). The modification does not matter. Both versions keep the cells in
 //         their order, and sum as common/linear/dot.h says, over bordered arrays.
 //
 // A dot product of mic and block_mic is summed in double, in an order that does not depend on the threads: the products
-// of a line's cells in ascending order; sixteen lines of a plane, y = 16 k to 16 k + 15, in the tree ((0 + 8) + (4 +
-// 12)) + ...; and such sixteens in ascending order of y, then z. r . z of mic and block_mic is the sum of (e y) y, as
-// r . M^-1 r = y . E y: the first triangular solve adds it up on its way. p . A p is summed likewise, but the products
-// of a line in descending order: openmp computes A p behind the second triangular solve, which goes that way.
+// of a plane's cells in ascending order; sixteen planes, z = 16 k to 16 k + 15, in the tree ((0 + 8) + (4 + 12)) + ...;
+// and such sixteens in ascending order. r . z of mic and block_mic is the sum of (e y) y, as r . M^-1 r = y . E y: the
+// first triangular solve adds it up on its way. p . A p is summed likewise, but the products of a plane in descending
+// order: openmp computes A p behind the second triangular solve, which goes that way.
 //
 // The loop is linear/'s (common/linear/conjugate_gradients.h). It works in Real. The pressure is a sum in double, from
 // which the loop refreshes its residual.
@@ -69,8 +68,8 @@ namespace openmp {
 PressureSolve<float> pressure_solve_mic, pressure_solve_block_mic, pressure_solve_multigrid;
 }  // namespace openmp
 
-inline constexpr int lines_of_a_sum = 16;
-inline constexpr int side_of_a_block = 16;  // along y and z
+inline constexpr int planes_of_a_sum = 16;
+inline constexpr int planes_of_a_block = 16;
 
 // --- Formulas; of numbers or of lanes
 
@@ -109,13 +108,13 @@ inline Pivot<Number> pivot(const Number& diagonal, const Number& low_x, const Nu
 // e y of a cell.
 template <class Number>
 inline Number forward(const Number& r, const Number& low_x, const Number& low_y, const Number& low_z) {
-  return ((r + low_z) + low_y) + low_x;
+  return ((r + low_y) + low_z) + low_x;
 }
 // z of a cell.
 template <class Number>
 inline Number backward(const Number& inverse, const Number& y, const Number& high_x, const Number& high_y,
                        const Number& high_z) {
-  return y + inverse * ((high_z + high_y) + high_x);
+  return y + inverse * ((high_y + high_z) + high_x);
 }
 
 }  // namespace lockstep::production_fluid

@@ -16,100 +16,87 @@
 #include "common/simd.h"
 #include "common/simd_double.h"
 #include "openmp/production_fluid/guess.h"
-#include "openmp/production_fluid/prefetch.h"
 #include "openmp/production_fluid/skewed.h"
 #include "openmp/production_fluid/skewing.h"
 #include "openmp/production_fluid/solve_order.h"
-#include "openmp/production_fluid/zeros.h"
 
 namespace lockstep::production_fluid::openmp {
 namespace {
 
-static_assert(lines_of_a_sum == lanes);
-
-// Calls f(i, k) for each vector of a stretch and each of its planes, in order; i is where the vector of plane k stands.
+// Calls f(i) for each vector of a part, in order; i is where it stands.
 template <class F>
 LOCKSTEP_INLINE void for_each_vector(const Skewed& skewed, const Stretch& part, const F& f) {
-  const std::ptrdiff_t begin = skewed.at(part.tile, part.z, part.begin), end = skewed.at(part.tile, part.z, part.end);
-  for (std::ptrdiff_t i = begin; i < end; i += lanes)
-    for (int k = 0; k < depth; ++k) f(i + k * skewed.along_z(), k);
-}
-template <class F>
-LOCKSTEP_INLINE void for_each_vector_backward(const Skewed& skewed, const Stretch& part, const F& f) {
-  const std::ptrdiff_t begin = skewed.at(part.tile, part.z, part.begin), end = skewed.at(part.tile, part.z, part.end);
-  for (std::ptrdiff_t i = end - lanes; i >= begin; i -= lanes)
-    for (int k = depth - 1; k >= 0; --k) f(i + k * skewed.along_z(), k);
+  const std::ptrdiff_t begin = skewed.at(part.tile, part.begin), end = skewed.at(part.tile, part.end);
+  for (std::ptrdiff_t i = begin; i < end; i += lanes) f(i);
 }
 
-// Calls f(tile) for each tile that has rows.
+// Calls f(part) for each part.
 template <class F>
-void for_each_tile(const Skewed& skewed, const F& f) {
-  const std::ptrdiff_t count = std::ssize(skewed.tiles());
-  // What f writes belongs to its tile.
+void for_each_part(const Skewed& skewed, const F& f) {
+  const std::ptrdiff_t count = std::ssize(skewed.parts());
+  // What f writes belongs to its part.
 #pragma omp parallel for schedule(static)
-  for (std::ptrdiff_t k = 0; k < count; ++k) f(skewed.tiles()[k]);
+  for (std::ptrdiff_t k = 0; k < count; ++k) f(skewed.parts()[k]);
 }
 
-// The sums of a tile's lines: lane l of number k is line l of plane k. A lane adds up its line vector by vector; lanes
-// without a row add 0 to a sum that began at 0, which changes no bit.
-using Lines = std::array<doublev, depth>;
-Lines zero_lines() {
-  Lines lines;
-  lines.fill(doublev(0.));
-  return lines;
-}
-
-// A sum over all cells, in each pass anew. A pass may come to the parts of a tile one after another: a lane goes on
-// where the part before left it.
+// A sum over all cells. A lane adds up its plane vector by vector, from part to part of a tile. Lanes without a row add
+// 0 to a sum that began at 0, which changes no bit.
 class Sum {
  public:
-  explicit Sum(const Skewed& skewed) : tiles_(skewed.tiles()), sums_(tiles_.size()) {}
+  explicit Sum(const Skewed& skewed) : of_tiles_(skewed.tiles()) {}
 
-  Lines lines(const Stretch& part, bool is_first) const { return is_first ? zero_lines() : sums_[part.of].lines; }
-  void go_on(const Stretch& part, const Lines& lines, bool is_last) {
-    OfTile& tile = sums_[part.of];
-    if (is_last)
-      for (int k = 0; k < depth; ++k) tile.planes[k] = reduce_add(lines[k]);
-    else
-      tile.lines = lines;
-  }
+  void start() { std::ranges::fill(of_tiles_, doublev(0.)); }
+  doublev& of(const Stretch& part) { return of_tiles_[part.tile]; }
   double total() const {
     double total = 0;
-    for (std::size_t begin = 0, end = 0; begin < tiles_.size(); begin = end) {
-      while (end < tiles_.size() && tiles_[end].z == tiles_[begin].z) ++end;
-      for (int k = 0; k < depth; ++k)
-        for (std::size_t tile = begin; tile < end; ++tile) total += sums_[tile].planes[k];
-    }
+    for (const doublev& planes : of_tiles_) total += reduce_add(planes);
     return total;
   }
 
  private:
-  struct OfTile {
-    Lines lines;
-    std::array<double, depth> planes;
-  };
-
-  const std::vector<Stretch>& tiles_;
-  std::vector<OfTile> sums_;
+  std::vector<doublev> of_tiles_;
 };
 
-// The sum over all tiles of f(tile).
-template <class F>
-double sum_of_tiles(const Skewed& skewed, const F& f) {
-  Sum sum(skewed);
-  for_each_tile(skewed, [&](const Stretch& tile) { sum.go_on(tile, f(tile), true); });
-  return sum.total();
+// Rows of A x, of the sixteen cells at i. `along_y` is how far their neighbours along y stand.
+LOCKSTEP_INLINE floatv row_times(const Real* diagonal, const Real* x, const OuterLanes& outer, std::ptrdiff_t along_y,
+                                 std::size_t i) {
+  const Real* const at = x + i;
+  const floatv d = load(diagonal + i), low_x = load(at - lanes), high_x = load(at + lanes);
+  return select(d > 0.f,
+                product(d, load(at), low_x, high_x, load(at - along_y), load(at + along_y), outer.low_z(i, low_x),
+                        outer.high_z(i, high_x)),
+                0.f);
 }
 
-// Rows of A x.
-LOCKSTEP_INLINE floatv row_times(const Skewed& skewed, const Array<Real>& diagonal, std::span<const Real> x,
-                                 std::size_t i) {
-  const Real* const at = &x[i];
-  const floatv d = load(&diagonal[i]);
-  return select(d > 0.f,
-                product(d, load(at), low_x(at), high_x(at), low_y(skewed, at), high_y(skewed, at), low_z(skewed, at),
-                        high_z(skewed, at)),
-                0.f);
+// --- Arrays
+
+// An array that is 0 in all parts, and where neighbours of their cells are read.
+Array<Real> take_zeros(const Skewed& skewed, PressureMemory<Real>& memory) {
+  Array<Real> array = memory.take(skewed.size());
+  // A tile writes between its own bounds.
+#pragma omp parallel for schedule(static)
+  for (int tile = 0; tile < skewed.tiles(); ++tile) {
+    std::ptrdiff_t done = skewed.at(tile, 0);
+    for (const Stretch& part : skewed.parts(tile)) {
+      const std::ptrdiff_t end = skewed.at(tile, part.end) + skewed.along_y();
+      for (std::ptrdiff_t i = std::max(done, skewed.at(tile, part.begin) - skewed.along_y()); i < end; i += lanes)
+        store(&array[i], floatv(0.f));
+      done = end;
+    }
+  }
+  return array;
+}
+
+void fill_parts_with_zeros(const Skewed& skewed, std::span<Real> x) {
+  for_each_part(skewed, [&](const Stretch& part) {
+    for_each_vector(skewed, part, [&](std::size_t i) { store(&x[i], floatv(0.f)); });
+  });
+}
+
+// Fills all parts with values of cells.
+void skew(const Skewed& skewed, const Array<Real>& of_cells, Array<Real>& to) {
+  for_each_part(
+      skewed, [&](const Stretch& part) { fill(skewed, part, to, [&](std::size_t i) { return load(&of_cells[i]); }); });
 }
 
 // --- The factor
@@ -119,21 +106,31 @@ template <class Kind>
 Array<Real> make_inverses(const Skewed& skewed, const Kind& kind, const Array<Real>& diagonal,
                           const linear::Modification& modification, PressureMemory<Real>& memory) {
   const floatv tau = static_cast<Real>(modification.tau), sigma = static_cast<Real>(modification.sigma);
-  Array<Real> inverse = memory.take(skewed.size()), share = take_zeros(memory, skewed.size());
+  Array<Real> inverse = memory.take(skewed.size()), share = take_zeros(skewed, memory);
+  Array<Real> outer_diagonal = memory.take_zeros(skewed.outer_size()),
+              outer_share = memory.take_zeros(skewed.outer_size());
+  const OuterLanes of_diagonal(skewed, outer_diagonal), of_share(skewed, outer_share);
+  // Outer lanes stay 0 where tiles have a factor each.
+  if constexpr (Kind::are_tiles_coupled)
+    for_each_part(skewed, [&](const Stretch& part) {
+      for_each_vector(skewed, part, [&](std::size_t i) { of_diagonal.set_first(i, &diagonal[i]); });
+    });
+  const std::ptrdiff_t along_y = skewed.along_y();
   // The threads share parts as the kind says. A part writes its own cells.
 #pragma omp parallel
-  kind.ascending([&](const Stretch& part, const Stretch&, const Coupled& of_part) {
-    for_each_vector(skewed, part, [&](std::size_t i, int k) {
-      const Coupled c = of_part.of_plane(k);
+  kind.ascending([&](const Stretch& part) {
+    for_each_vector(skewed, part, [&](std::size_t i) {
       const auto row = [](floatv d) { return select(d > 0.f, floatv(1.f), floatv(0.f)); };
       const Real *const d = &diagonal[i], *const s = &share[i];
-      const floatv upper_neighbours = row(high_x(d)) + row(high_y(skewed, d, high_x(d), c)) + row(high_z(skewed, d, c));
+      const floatv high_x = load(d + lanes), low_x = load(s - lanes);
+      const floatv upper_neighbours = row(high_x) + row(load(d + along_y)) + row(of_diagonal.high_z(i, high_x));
       const Pivot<floatv> p =
-          pivot(load(d), low_x(s), low_y(skewed, s, low_x(s), c), low_z(skewed, s, c), upper_neighbours, tau, sigma);
+          pivot(load(d), low_x, load(s - along_y), of_share.low_z(i, low_x), upper_neighbours, tau, sigma);
       store(&inverse[i], p.inverse), store(&share[i], p.share);
+      if constexpr (Kind::are_tiles_coupled) of_share.set_last(i, s);
     });
   });
-  memory.give_back(share);
+  for (Array<Real>* array : {&share, &outer_diagonal, &outer_share}) memory.give_back(*array);
   return inverse;
 }
 
@@ -145,45 +142,53 @@ struct Steps {
   const Skewed& skewed;
   const Kind& kind;
   const Array<Real>&diagonal, &inverse;
+  OuterLanes outer_of_z, outer_of_p;  // of z: 0 where tiles have a factor each
   Sum sum_rr{skewed}, sum_rz{skewed}, sum_pq{skewed};
   bool is_solved = false;  // the first triangular solve, of r
 
   double dot(std::span<const Real> x, std::span<const Real> y) const {
-    return sum_of_tiles(skewed, [&](const Stretch& tile) {
-      Lines sum = zero_lines();
-      for_each_vector(skewed, tile,
-                      [&](std::size_t i, int k) { sum[k] = sum[k] + to_double(load(&x[i])) * to_double(load(&y[i])); });
-      return sum;
-    });
+    Sum sum(skewed);
+    // A tile adds to its own sum.
+#pragma omp parallel for schedule(dynamic)
+    for (int tile = 0; tile < skewed.tiles(); ++tile)
+      for (const Stretch& part : skewed.parts(tile)) {
+        doublev xy = sum.of(part);
+        for_each_vector(skewed, part,
+                        [&](std::size_t i) { xy = xy + to_double(load(&x[i])) * to_double(load(&y[i])); });
+        sum.of(part) = xy;
+      }
+    return sum.total();
   }
   void axpy(Real a, std::span<const Real> x, std::span<Real> y) const {
-    for_each_tile(skewed, [&](const Stretch& tile) {
-      for_each_vector(skewed, tile, [&](std::size_t i, int) { store(&y[i], load(&y[i]) + a * load(&x[i])); });
+    for_each_part(skewed, [&](const Stretch& part) {
+      for_each_vector(skewed, part, [&](std::size_t i) { store(&y[i], load(&y[i]) + a * load(&x[i])); });
     });
   }
 
   // z holds q, then y of the new r.
   double descend(Real a, std::span<Real> z, std::span<Real> r) {
+    sum_rr.start(), sum_rz.start();
     // The threads share parts as the kind says. A part writes its own cells, and its tile's sums.
 #pragma omp parallel
-    kind.ascending([&, a](const Stretch& part, const Stretch& next, const Coupled& c) {
-      const std::ptrdiff_t begin = skewed.at(part.tile, part.z, part.begin),
-                           ahead = skewed.at(next.tile, next.z, next.begin) - begin;
-      Lines rr = sum_rr.lines(part, is_lowest(part)), rz = sum_rz.lines(part, is_lowest(part));
-      floatv y[depth];  // of the vectors before
-      for (int k = 0; k < depth; ++k) y[k] = low_x(&z[begin + k * skewed.along_z()]);
-      for_each_vector(skewed, part, [&](std::size_t i, int k) {
-        Real* const at = &z[i];
-        prefetch<0>(&inverse[i] + ahead), prefetch_to_write(at + ahead, &r[i] + ahead);
-        const floatv rest = load(&r[i]) - a * load(at);
-        store(&r[i], rest);
-        rr[k] = rr[k] + to_double(rest) * to_double(rest);
-        const floatv ey = forward(rest, y[k], low_y(skewed, at, y[k], c), low_z(skewed, at, c.of_plane(k)));
-        y[k] = ey * load(&inverse[i]);
-        store(at, y[k]);
-        rz[k] = rz[k] + to_double(ey) * to_double(y[k]);
+    kind.ascending([&, a](const Stretch& part) {
+      // In registers: the compiler must assume that stores of lanes change what stands in memory.
+      Real *const zs = z.data(), *const rs = r.data();
+      const Real* const inverses = inverse.data();
+      const OuterLanes outer_z = outer_of_z;
+      const std::ptrdiff_t along_y = skewed.along_y();
+      doublev rr = sum_rr.of(part), rz = sum_rz.of(part);
+      floatv y = load(zs + skewed.at(part.tile, part.begin) - lanes);  // of the vector before
+      for_each_vector(skewed, part, [&](std::size_t i) {
+        const floatv rest = load(rs + i) - a * load(zs + i);
+        store(rs + i, rest);
+        rr = rr + to_double(rest) * to_double(rest);
+        const floatv ey = forward(rest, y, load(zs + i - along_y), outer_z.low_z(i, y));
+        y = ey * load(inverses + i);
+        store(zs + i, y);
+        if constexpr (Kind::are_tiles_coupled) outer_z.set_last(i, zs + i);
+        rz = rz + to_double(ey) * to_double(y);
       });
-      sum_rr.go_on(part, rr, is_highest(part)), sum_rz.go_on(part, rz, is_highest(part));
+      sum_rr.of(part) = rr, sum_rz.of(part) = rz;
     });
     is_solved = true;
     return sum_rr.total();
@@ -197,65 +202,55 @@ struct Steps {
 
   // The second triangular solve, the step and the next direction, and z = A p. Returns p . A p.
   double advance_and_multiply(Real a, Real b, std::span<Real> x, std::span<Real> p, std::span<Real> z) {
+    sum_pq.start();
     // The threads share parts as the kind says. A part writes its own cells, and its tile's sum.
 #pragma omp parallel
-    kind.descending(
-        [&, a, b](const Stretch& part, const Stretch& next, const Coupled& c) {
-          const std::ptrdiff_t end = skewed.at(part.tile, part.z, part.end),
-                               ahead = skewed.at(next.tile, next.z, next.end) - end;
-          floatv after[depth];  // z of the vectors after
-          for (int k = 0; k < depth; ++k) after[k] = load(&z[end + k * skewed.along_z()]);
-          for_each_vector_backward(skewed, part, [&](std::size_t i, int k) {
-            Real* const at = &z[i];
-            prefetch<0>(&inverse[i] + ahead), prefetch_to_write(at + ahead, &x[i] + ahead, &p[i] + ahead);
-            after[k] = backward(load(&inverse[i]), load(at), after[k], high_y(skewed, at, after[k], c),
-                                high_z(skewed, at, c.of_plane(k)));
-            store(at, after[k]);
-            const floatv along = load(&p[i]);
-            store(&x[i], load(&x[i]) + a * along);
-            store(&p[i], after[k] + b * along);
-          });
-        },
-        [&](const Stretch& part, const Stretch& next) {
-          const std::ptrdiff_t ahead = skewed.at(next.tile, next.z, next.end) - skewed.at(part.tile, part.z, part.end);
-          Lines pq = sum_pq.lines(part, is_highest(part));
-          for_each_vector_backward(skewed, part, [&](std::size_t i, int k) {
-            prefetch<0>(&diagonal[i] + ahead);
-            const floatv q = row_times(skewed, diagonal, p, i);
-            store(&z[i], q);
-            pq[k] = pq[k] + to_double(load(&p[i])) * to_double(q);
-          });
-          sum_pq.go_on(part, pq, is_lowest(part));
-        });
+    kind.descending([&, a, b](const Stretch& part, const Stretch& ready) {
+      Real *const zs = z.data(), *const xs = x.data(), *const ps = p.data();
+      const Real *const inverses = inverse.data(), *const diagonals = diagonal.data();
+      const OuterLanes outer_z = outer_of_z, outer_p = outer_of_p;
+      const std::ptrdiff_t along_y = skewed.along_y();
+      const bool is_part = part.begin < part.end, is_ready = ready.begin < ready.end;
+      const std::ptrdiff_t end = skewed.at(part.tile, part.end), size = end - skewed.at(part.tile, part.begin);
+      const std::ptrdiff_t end_ready = skewed.at(ready.tile, ready.end),
+                           size_ready = end_ready - skewed.at(ready.tile, ready.begin);
+      floatv after = is_part ? load(zs + end) : floatv(0.f);  // z of the vector after
+      doublev pq = is_ready ? sum_pq.of(ready) : doublev(0.);
+      // In turns: a vector of the solve waits for the one before and for memory, the product for neither.
+      constexpr std::ptrdiff_t turn = 4 * lanes;
+      for (std::ptrdiff_t k = 0; k < std::max(size, size_ready); k += turn) {
+        for (std::ptrdiff_t j = k + lanes; j <= std::min(k + turn, size); j += lanes) {
+          const std::size_t i = end - j;
+          after = backward(load(inverses + i), load(zs + i), after, load(zs + i + along_y), outer_z.high_z(i, after));
+          store(zs + i, after);
+          if constexpr (Kind::are_tiles_coupled) outer_z.set_first(i, zs + i);
+          const floatv along = load(ps + i);
+          store(xs + i, load(xs + i) + a * along);
+          store(ps + i, after + b * along);
+          outer_p.set_first(i, ps + i), outer_p.set_last(i, ps + i);
+        }
+        for (std::ptrdiff_t j = k + lanes; j <= std::min(k + turn, size_ready); j += lanes) {
+          const std::size_t i = end_ready - j;
+          const floatv q = row_times(diagonals, ps, outer_p, along_y, i);
+          store(zs + i, q);
+          pq = pq + to_double(load(ps + i)) * to_double(q);
+        }
+      }
+      if (is_ready) sum_pq.of(ready) = pq;
+    });
     return sum_pq.total();
   }
-
-  bool is_lowest(const Stretch& part) const { return part.begin == skewed.tiles()[part.of].begin; }
-  bool is_highest(const Stretch& part) const { return part.end == skewed.tiles()[part.of].end; }
 };
-
-Array<Real> skew(const Skewed& skewed, const Array<Real>& of_cells, Array<Real> to) {
-  for_each_tile(
-      skewed, [&](const Stretch& tile) { fill(skewed, tile, to, [&](std::size_t i) { return load(&of_cells[i]); }); });
-  return to;
-}
-
-void fill_tiles_with_zeros(const Skewed& skewed, std::span<Real> x) {
-  for_each_tile(skewed, [&](const Stretch& tile) {
-    for_each_vector(skewed, tile, [&](std::size_t i, int) { store(&x[i], floatv(0.f)); });
-  });
-}
 
 // Adds x to the pressure, sets x to 0, and computes the residual of the pressure.
 template <class Kind>
 double refresh(const System<Real>& system, Steps<Kind>& steps, Array<double>& q, std::span<Real> x, std::span<Real> r) {
   const Skewed& skewed = steps.skewed;
   steps.is_solved = false;  // r becomes another
-  for_each_tile(skewed, [&](const Stretch& tile) { add(skewed, tile, x, q); });
-  fill_tiles_with_zeros(skewed, x);
+  for_each_part(skewed, [&](const Stretch& part) { move(skewed, part, x, q); });
   const std::ptrdiff_t line = system.cells.line(), plane = system.cells.plane();
-  for_each_tile(skewed, [&](const Stretch& tile) {
-    fill(skewed, tile, r, [&](std::size_t i) {
+  for_each_part(skewed, [&](const Stretch& part) {
+    fill(skewed, part, r, [&](std::size_t i) {
       const double* const at = &q[i];
       const floatv diagonal = load(&system.diagonal[i]);
       const doublev row = product(to_double(diagonal), load(at), load(at - 1), load(at + 1), load(at - line),
@@ -272,14 +267,15 @@ linear::Solution solve(const System<Real>& system, const PressureSettings& setti
   const auto start = start_of(system, settings.guess, memory, q);
   const Skewed skewed(system);
   const Kind kind{skewed};
-  // Arrays whose neighbours are read are 0 beyond the tiles, too. The others are only read within them.
-  const auto zeros = [&] { return take_zeros(memory, skewed.size()); };
-  const auto unset = [&] { return memory.take(skewed.size()); };
-  Array<Real> diagonal = skew(skewed, system.diagonal, zeros()), right = skew(skewed, system.right, unset()),
-              inverse = make_inverses(skewed, kind, diagonal, settings.modification, memory);
-  Array<Real> x = unset(), r = unset(), z = zeros(), p = zeros();
-  for (Array<Real>* array : {&x, &r}) fill_tiles_with_zeros(skewed, *array);
-  Steps<Kind> steps{skewed, kind, diagonal, inverse};
+  // Arrays whose neighbours are read are 0 around the parts. The others are only read within them.
+  Array<Real> diagonal = take_zeros(skewed, memory), right = memory.take(skewed.size());
+  skew(skewed, system.diagonal, diagonal), skew(skewed, system.right, right);
+  Array<Real> inverse = make_inverses(skewed, kind, diagonal, settings.modification, memory);
+  Array<Real> x = memory.take(skewed.size()), r = memory.take(skewed.size()), z = take_zeros(skewed, memory),
+              p = take_zeros(skewed, memory);
+  for (Array<Real>* array : {&x, &r}) fill_parts_with_zeros(skewed, *array);
+  Array<Real> outer_z = memory.take_zeros(skewed.outer_size()), outer_p = memory.take_zeros(skewed.outer_size());
+  Steps<Kind> steps{skewed, kind, diagonal, inverse, {skewed, outer_z}, {skewed, outer_p}};
   const linear::System<Real> operators = {
       .multiply = nullptr,
       .precondition = [&](auto, auto z) { return steps.precondition(r, z); },
@@ -287,7 +283,7 @@ linear::Solution solve(const System<Real>& system, const PressureSettings& setti
       .refresh = [&](std::span<Real> x, std::span<Real> r) { return refresh(system, steps, q, x, r); },
       .start = start};
   const linear::Solution solution = linear::iterate(steps, operators, right, {x, r, z, p}, settings.stop);
-  for (Array<Real>* array : {&diagonal, &right, &inverse, &x, &r, &z, &p}) memory.give_back(*array);
+  for (Array<Real>* array : {&diagonal, &right, &inverse, &x, &r, &z, &p, &outer_z, &outer_p}) memory.give_back(*array);
   return solution;
 }
 

@@ -1,20 +1,21 @@
 // Vectors over the cells of a system, laid out along wavefronts: sixteen cells that do not wait for one another in a
 // triangular solve stand side by side.
 //
-// A solve works on a cell once its neighbours along -x, -y and -z are done. So in sixteen lines along x, one above the
-// other, lane l is cell x = s - l of line l in vector s. Its neighbours along x are the same lane of vectors s - 1 and
-// s + 1, those along y the lanes beside in the same two vectors, and those along z the same lane of vector s a plane up
-// or down. Solves against x, y and z go through the same vectors backwards. Sixteen lines of `depth` planes are a tile;
-// the outer neighbours of its first and last lane are in the tiles beside.
+// A solve works on a cell once its neighbours along -x, -y and -z are done. A plane z of a bordered array (system.h) is
+// one sequence of cells, in which neighbours are a cell or a line apart. Sixteen planes are a tile. Each runs one cell
+// behind the plane below: lane l of vector s is cell s - l of plane l. Its neighbours along x are the same lane of
+// vectors s - 1 and s + 1, those along y the same lane of the vectors a line before and after, and those along z the
+// lanes beside in vectors s - 1 and s + 1. The outer neighbours of the first and last lane are in the tiles beside.
+// Solves against x, y and z go through the same vectors backwards.
 //
-// Lanes without a row of the system hold 0, lanes beyond the box among them. A tile more on either side, and planes
-// more, are all 0. So are the vectors between two tiles, where loads of outer neighbours end that have no row.
+// Lanes without a row of the system hold 0.
 //
 // No serial twin: serial vectors are in the order of the cells.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "common/array.h"
@@ -24,109 +25,123 @@
 
 namespace lockstep::production_fluid::openmp {
 
-// Passes take so many planes at once. Two threads then take .94 of the time that they take with one plane
-// (notes/production_fluid.md).
-inline constexpr int depth = 2;
+static_assert(planes_of_a_sum == lanes && planes_of_a_block == lanes);
 
-// Vectors begin .. end - 1 of a tile in planes z .. z + depth - 1.
+// Vectors begin .. end - 1 of a tile.
 struct Stretch {
-  int tile, z, begin, end;
-  int of;  // the tile's number in Skewed::tiles
+  int tile, begin, end;
 };
 
 class Skewed {
  public:
   explicit Skewed(const System<float>& system);
 
-  // The tiles that have rows, in steps of `depth` planes, and their vectors from the first to the last with a row; by
-  // z, then by tile.
-  const std::vector<Stretch>& tiles() const { return tiles_; }
+  int tiles() const { return tiles_; }
 
-  // The same in parts, stage by stage. In a solve along x, y and z, a part waits only for parts of earlier stages; in
-  // one backwards, only for parts of later stages. Neighbours are at most `stages_between` stages apart. Parts of a
-  // stage are in order of x + y: where threads take runs of them, few neighbours are another thread's.
+  // All vectors with a row, in parts of about the same length; by tile, in ascending order.
+  const std::vector<Stretch>& parts() const { return parts_; }
+  std::span<const Stretch> parts(int tile) const {
+    return std::span(parts_).subspan(first_part_[tile], first_part_[tile + 1] - first_part_[tile]);
+  }
+
+  // The parts stage by stage. In a solve along x, y and z, a part waits only for parts of earlier stages; in one
+  // backwards, only for parts of later stages. Neighbours are at most `stages_between` stages apart. A stage has at
+  // most one part of each tile, in order of the tiles.
   const std::vector<std::vector<Stretch>>& stages() const { return stages_; }
-
-  // The tiles by blocks, each of one tile along y and `side_of_a_block` planes, in ascending order of z.
-  const std::vector<std::vector<Stretch>>& blocks() const { return blocks_; }
-
-  std::size_t size() const {  // elements of a vector
-    return padded(static_cast<std::size_t>(stride()) * lanes * (tiles_along_y_ + 2) * (steps_along_z() * depth + 2) +
-                  2 * margin());
+  std::ptrdiff_t stages_between() const {  // along y; and 2 along z: one tile further, and at most one part
+    return std::max<std::ptrdiff_t>((cells_.line() + part_length - 1) / part_length, 2);
   }
+
+  // Elements of an array of vectors, and of its outer lanes.
+  std::size_t size() const { return padded(stride_ * lanes * tiles_); }
+  std::size_t outer_size() const { return padded(2 * stride_ * (tiles_ + 2)); }
   // Where lane 0 of vector s stands.
-  std::ptrdiff_t at(int tile, int z, int s) const {
-    return margin() + (((z + 1) * std::ptrdiff_t(tiles_along_y_ + 2) + tile + 1) * stride() + s) * lanes;
-  }
-  // From a vector to the one with its neighbours along +x, and along +z.
-  static constexpr std::ptrdiff_t along_x = lanes;
-  std::ptrdiff_t along_z() const { return stride() * lanes * (tiles_along_y_ + 2); }
-  // From a vector to the one whose last lane is the neighbour along -y of its first lane.
-  std::ptrdiff_t to_low_tile() const { return (lanes - 1 - stride()) * lanes; }
-  // From a vector to the one whose first lane is the neighbour along +y of its last lane.
-  std::ptrdiff_t to_high_tile() const { return -to_low_tile(); }
+  std::ptrdiff_t at(int tile, int s) const { return (tile * stride_ + s) * lanes; }
+  // From a cell to its neighbour along +y. Along +x, that is `lanes`.
+  std::ptrdiff_t along_y() const { return along_y_; }
+  // From a vector to the one whose first lane is the neighbour along +z of its last lane; in vectors.
+  std::ptrdiff_t to_high_tile() const { return stride_ - (lanes - 1); }
+
+  std::ptrdiff_t vectors_of_a_tile() const { return stride_; }
 
   const Bordered& cells() const { return cells_; }
 
  private:
-  int steps_along_z() const { return (cells_.nz + depth - 1) / depth; }
-  // Vectors of a tile in a plane, and as many that stay 0 as lead from a vector to its outer neighbours.
-  std::ptrdiff_t stride() const { return cells_.nx + 2 * lanes - 1; }
-  static constexpr std::ptrdiff_t margin() { return 2 * lanes * lanes; }
+  // The parts of a tile end where s + 16 tile is a multiple of this: small enough for many parts, large enough for few
+  // stages.
+  static constexpr int part_length = 96;
 
   Bordered cells_;
-  int tiles_along_y_;
-  std::vector<Stretch> tiles_;
-  std::vector<std::vector<Stretch>> stages_, blocks_;
+  int tiles_;
+  std::ptrdiff_t along_y_;
+  std::ptrdiff_t stride_;  // vectors of a tile; and a line more, so that no tile has neighbours along y in another
+  std::vector<Stretch> parts_;
+  std::vector<std::size_t> first_part_;
+  std::vector<std::vector<Stretch>> stages_;
 };
 
-// The parts of a tile end where x + y is a multiple of this: small enough for many parts a stage, large enough for few
-// stages.
-inline constexpr int part_length = 16;
-inline constexpr int stages_between = 2;  // along y: one tile further, and at most one multiple of x + y
-
 inline Skewed::Skewed(const System<float>& system)
-    : cells_(system.cells), tiles_along_y_((cells_.ny + lanes - 1) / lanes) {
-  for (int z = 0; z < cells_.nz; z += depth)
-    for (int tile = 0; tile < tiles_along_y_; ++tile) {
-      Stretch all = {tile, z, cells_.nx + lanes, 0, static_cast<int>(tiles_.size())};
-      for (int k = 0; k < std::min(depth, cells_.nz - z); ++k)
-        for (int l = 0; l < std::min(lanes, cells_.ny - tile * lanes); ++l) {
-          const int line = tile * lanes + l + cells_.ny * (z + k), first = system.first_run[line],
-                    last = system.first_run[line + 1] - 1;
-          if (first > last) continue;
-          all.begin = std::min(all.begin, system.runs[first].begin + l);
-          all.end = std::max(all.end, system.runs[last].end + l);
-        }
-      if (all.begin < all.end) tiles_.push_back(all);
+    : cells_(system.cells),
+      tiles_((cells_.nz + lanes - 1) / lanes),
+      along_y_(cells_.line() * lanes),
+      stride_(cells_.plane() + cells_.line() + lanes - 1),
+      first_part_(tiles_ + 1) {
+  for (int tile = 0; tile < tiles_; ++tile) {
+    const int skew = tile * lanes, last_plane = std::min(skew + lanes, cells_.nz);
+    int done = 0;  // a line's vectors overlap with those of the line before
+    for (int y = 0; y < cells_.ny; ++y) {
+      int begin = cells_.nx + lanes, end = 0;
+      for (int z = skew; z < last_plane; ++z) {
+        const int line = y + cells_.ny * z, first = system.first_run[line], last = system.first_run[line + 1] - 1;
+        if (first > last) continue;
+        begin = std::min(begin, system.runs[first].begin + z - skew);
+        end = std::max(end, system.runs[last].end + z - skew);
+      }
+      const int from = static_cast<int>((y + 1) * cells_.line());
+      for (int s = std::max(from + begin, done); s < from + end; s = done) {
+        done = std::min(from + end, ((s + skew) / part_length + 1) * part_length - skew);
+        const auto chunk = [&](int vector) { return (vector + skew) / part_length; };
+        if (parts_.size() > first_part_[tile] && chunk(parts_.back().begin) == chunk(s))
+          parts_.back().end = done;
+        else
+          parts_.push_back({tile, s, done});
+      }
     }
-  // Vector s of a tile has cells of x + y = s + 16 tile. A part waits for vectors of lesser x + y in the tile before,
-  // and for the same vectors in the planes before.
-  const int chunks = (cells_.nx + (tiles_along_y_ + 1) * lanes) / part_length + 1;
-  stages_.resize(tiles_along_y_ + steps_along_z() + chunks);
-  for (int chunk = 0; chunk < chunks; ++chunk)
-    for (const Stretch& all : tiles_) {
-      const int skew = all.tile * lanes, begin = std::max(all.begin, chunk * part_length - skew),
-                end = std::min(all.end, (chunk + 1) * part_length - skew);
-      if (begin < end) stages_[all.tile + all.z / depth + chunk].push_back({all.tile, all.z, begin, end, all.of});
-    }
+    first_part_[tile + 1] = parts_.size();
+  }
+  // A part waits for vectors of the same or lesser s + 16 tile in the tile before.
+  for (const Stretch& part : parts_) {
+    const std::size_t stage = part.tile + (part.begin + part.tile * lanes) / part_length;
+    if (stages_.size() <= stage) stages_.resize(stage + 1);
+    stages_[stage].push_back(part);
+  }
   std::erase_if(stages_, [](const std::vector<Stretch>& parts) { return parts.empty(); });
-
-  const int slabs = (cells_.nz + side_of_a_block - 1) / side_of_a_block;
-  blocks_.resize(std::size_t(slabs) * tiles_along_y_);
-  for (const Stretch& all : tiles_) blocks_[all.z / side_of_a_block * tiles_along_y_ + all.tile].push_back(all);
 }
 
-// Neighbours of the sixteen cells at `at`.
-LOCKSTEP_INLINE floatv low_x(const Real* at) { return load(at - Skewed::along_x); }
-LOCKSTEP_INLINE floatv high_x(const Real* at) { return load(at + Skewed::along_x); }
-LOCKSTEP_INLINE floatv low_y(const Skewed& skewed, const Real* at) {
-  return shift_up(low_x(at), at[skewed.to_low_tile() + lanes - 1]);
-}
-LOCKSTEP_INLINE floatv high_y(const Skewed& skewed, const Real* at) {
-  return shift_down(high_x(at), at[skewed.to_high_tile()]);
-}
-LOCKSTEP_INLINE floatv low_z(const Skewed& skewed, const Real* at) { return load(at - skewed.along_z()); }
-LOCKSTEP_INLINE floatv high_z(const Skewed& skewed, const Real* at) { return load(at + skewed.along_z()); }
+// Lane 0 and lane 15 of all vectors, 0 beyond the tiles. Tiles read of one another only these, so that a thread fetches
+// one cache line for sixteen vectors of another thread's.
+class OuterLanes {
+ public:
+  // The caller owns `lanes_of_all`, of Skewed::outer_size elements.
+  OuterLanes(const Skewed& skewed, Array<Real>& lanes_of_all)
+      : first_(lanes_of_all.data() + skewed.vectors_of_a_tile()),
+        last_(first_ + skewed.vectors_of_a_tile() * (skewed.tiles() + 2)),
+        to_high_tile_(skewed.to_high_tile()) {}
+
+  // i is where a vector stands, v the vector.
+  LOCKSTEP_INLINE void set_first(std::size_t i, const Real* v) const { first_[i / lanes] = v[0]; }
+  LOCKSTEP_INLINE void set_last(std::size_t i, const Real* v) const { last_[i / lanes] = v[lanes - 1]; }
+  // Neighbours along z of its cells; those along x are given.
+  LOCKSTEP_INLINE floatv low_z(std::size_t i, floatv low_x) const {
+    return shift_up(low_x, last_[static_cast<std::ptrdiff_t>(i / lanes) - to_high_tile_]);
+  }
+  LOCKSTEP_INLINE floatv high_z(std::size_t i, floatv high_x) const {
+    return shift_down(high_x, first_[static_cast<std::ptrdiff_t>(i / lanes) + to_high_tile_]);
+  }
+
+ private:
+  Real *first_, *last_;  // of the vector that stands at 0
+  std::ptrdiff_t to_high_tile_;
+};
 
 }  // namespace lockstep::production_fluid::openmp

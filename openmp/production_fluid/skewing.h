@@ -13,57 +13,57 @@
 
 namespace lockstep::production_fluid::openmp {
 
-// What lane l of vectors s .. s + 15 of a tile in plane z stands for: sixteen cells of a line; the first stands at `at`
-// in bordered arrays, and those from `begin` to `end` - 1 are in the box.
+// What lane l of vectors s .. s + 15 of a tile stands for: sixteen cells of a plane; the first stands at `at` in
+// bordered arrays, and those from `begin` to `end` - 1 are in the plane.
 struct Sixteen {
   std::ptrdiff_t at;
   int begin, end;
 };
-inline Sixteen cells_of(const Bordered& cells, int tile, int z, int s, int l) {
-  const int y = tile * lanes + l, x = s - l, begin = std::max(-x, 0);
-  const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(cells.index(0, y, z)) + x;
-  return {at, begin, y < cells.ny && z < cells.nz ? std::min(cells.nx - x, lanes) : begin};
+inline Sixteen cells_of(const Bordered& cells, int tile, int s, int l) {
+  const int z = tile * lanes + l, cell = s - l, begin = std::max(-cell, 0),
+            rest = static_cast<int>(cells.plane()) - cell;
+  return {static_cast<std::ptrdiff_t>(cells.index(0, -1, z)) + cell, begin,
+          z < cells.nz ? std::min(rest, lanes) : begin};
 }
 
-// Calls f(z, s) for each plane of a tile, and each sixteen of its vectors.
-template <class F>
-void for_each_square(const Stretch& tile, const F& f) {
-  for (int z = tile.z; z < tile.z + depth; ++z)
-    for (int s = tile.begin; s < tile.end; s += lanes) f(z, s);
-}
-
-// Fills a tile with values of its cells: value(i) of the sixteen at i, all loaded from bordered arrays.
+// Fills a part with values of its cells: value(i) of the sixteen at i, all loaded from bordered arrays.
 template <class Value>
-void fill(const Skewed& skewed, const Stretch& tile, std::span<Real> to, const Value& value) {
-  for_each_square(tile, [&](int z, int s) {
+void fill(const Skewed& skewed, const Stretch& part, std::span<Real> to, const Value& value) {
+  for (int s = part.begin; s < part.end; s += lanes) {
     floatv square[lanes];
     for (int l = 0; l < lanes; ++l) {
-      const auto [at, begin, end] = cells_of(skewed.cells(), tile.tile, z, s, l);
+      const auto [at, begin, end] = cells_of(skewed.cells(), part.tile, s, l);
       square[l] = begin < end ? select(first_lanes(end) & ~first_lanes(begin), value(at), 0.f) : floatv(0.f);
     }
     transpose(square);
-    for (int k = 0; k < std::min(lanes, tile.end - s); ++k) store(&to[skewed.at(tile.tile, z, s + k)], square[k]);
-  });
+    for (int k = 0; k < std::min(lanes, part.end - s); ++k) store(&to[skewed.at(part.tile, s + k)], square[k]);
+  }
 }
 
-// Adds the values of a tile to those of its cells in a bordered array.
-inline void add(const Skewed& skewed, const Stretch& tile, std::span<const Real> from, Array<double>& to) {
-  for_each_square(tile, [&](int z, int s) {
+// Adds the values of a part to those of its cells in a bordered array, and leaves 0.
+inline void move(const Skewed& skewed, const Stretch& part, std::span<Real> from, Array<double>& to) {
+  for (int s = part.begin; s < part.end; s += lanes) {
+    const int count = std::min(lanes, part.end - s);
     floatv square[lanes];
-    for (int k = 0; k < lanes; ++k)
-      square[k] = s + k < tile.end ? load(&from[skewed.at(tile.tile, z, s + k)]) : floatv(0.f);
+    for (int k = 0; k < count; ++k) {
+      Real* const at = &from[skewed.at(part.tile, s + k)];
+      square[k] = load(at);
+      store(at, floatv(0.f));
+    }
+    for (int k = count; k < lanes; ++k) square[k] = 0.f;
     transpose(square);
     for (int l = 0; l < lanes; ++l) {
-      const auto [at, begin, end] = cells_of(skewed.cells(), tile.tile, z, s, l);
+      auto [at, begin, end] = cells_of(skewed.cells(), part.tile, s, l);
+      end = std::min(end, count);
       if (end - begin == lanes) {
         store(&to[at], load(&to[at]) + to_double(square[l]));
-      } else {  // other threads may write to what stands beside the line
-        Real line[lanes];
-        store(line, square[l]);
-        for (int k = begin; k < end; ++k) to[at + k] += line[k];
+      } else {  // other threads may write to what stands beside
+        Real sixteen[lanes];
+        store(sixteen, square[l]);
+        for (int k = begin; k < end; ++k) to[at + k] += sixteen[k];
       }
     }
-  });
+  }
 }
 
 }  // namespace lockstep::production_fluid::openmp

@@ -28,34 +28,35 @@ void for_each_cell(const System<Real>& system, const F& f) {
   });
 }
 
-// The sum over all lines of f(y, z), in the order of the contract.
+// The sum over all planes of f(z), in the order of the contract.
 template <class F>
-double sum_of_lines(const System<Real>& system, const F& f) {
-  const auto [nx, ny, nz] = system.cells;
+double sum_of_planes(const System<Real>& system, const F& f) {
   double sum = 0;
-  for (int z = 0; z < nz; ++z)
-    for (int first_line = 0; first_line < ny; first_line += lines_of_a_sum) {
-      double line[lines_of_a_sum] = {};
-      for (int l = 0; l < std::min(lines_of_a_sum, ny - first_line); ++l) line[l] = f(first_line + l, z);
-      for (int half = lines_of_a_sum / 2; half > 0; half /= 2)
-        for (int l = 0; l < half; ++l) line[l] += line[l + half];
-      sum += line[0];
-    }
+  for (int first = 0; first < system.cells.nz; first += planes_of_a_sum) {
+    double plane[planes_of_a_sum] = {};
+    for (int l = 0; l < std::min(planes_of_a_sum, system.cells.nz - first); ++l) plane[l] = f(first + l);
+    for (int half = planes_of_a_sum / 2; half > 0; half /= 2)
+      for (int l = 0; l < half; ++l) plane[l] += plane[l + half];
+    sum += plane[0];
+  }
   return sum;
 }
 
-// Calls f(i) for each cell of a line that has a row, in order of x or in the opposite one.
+// Calls f(i) for each cell of a plane that has a row, in their order or in the opposite one.
 template <class F>
-void ascending(const System<Real>& system, int y, int z, const F& f) {
-  for_each_run_of_line(system, y, z, [&](std::size_t first, int count, int) {
-    for (int k = 0; k < count; ++k) f(first + k);
-  });
+void ascending(const System<Real>& system, int z, const F& f) {
+  for (int y = 0; y < system.cells.ny; ++y)
+    for_each_run_of_line(system, y, z, [&](std::size_t first, int count, int) {
+      for (int k = 0; k < count; ++k) f(first + k);
+    });
 }
 template <class F>
-void descending(const System<Real>& system, int y, int z, const F& f) {
-  const int line = y + system.cells.ny * z;
-  for (int run = system.first_run[line + 1] - 1; run >= system.first_run[line]; --run)
-    for (int x = system.runs[run].end - 1; x >= system.runs[run].begin; --x) f(system.cells.index(x, y, z));
+void descending(const System<Real>& system, int z, const F& f) {
+  for (int y = system.cells.ny - 1; y >= 0; --y) {
+    const int line = y + system.cells.ny * z;
+    for (int run = system.first_run[line + 1] - 1; run >= system.first_run[line]; --run)
+      for (int x = system.runs[run].end - 1; x >= system.runs[run].begin; --x) f(system.cells.index(x, y, z));
+  }
 }
 
 // Row i of A x.
@@ -68,36 +69,32 @@ T row_times(const System<Real>& system, const T* x, std::size_t i) {
 
 // --- The factor
 
-// How far from a cell its neighbours along y and z stand. Those of another block do not count in the factor: a line of
-// the border takes their place, which is 0.
+// How far from a cell its neighbours along z stand. Those of another block do not count in the factor: a plane of the
+// border takes their place, which is 0.
 struct Neighbours {
-  std::ptrdiff_t low_y, high_y, low_z, high_z;
+  std::ptrdiff_t low_z, high_z;
 };
-Neighbours neighbours_of(const Bordered& cells, int block, int y, int z) {
-  const std::ptrdiff_t line = cells.line(), plane = cells.plane(),
-                       none = static_cast<std::ptrdiff_t>(cells.index(0, -1, -1)) -
-                              static_cast<std::ptrdiff_t>(cells.index(0, y, z));
-  return {y % block > 0 ? -line : none, (y + 1) % block > 0 ? line : none, z % block > 0 ? -plane : none,
-          (z + 1) % block > 0 ? plane : none};
+Neighbours neighbours_of(const Bordered& cells, int block, int z) {
+  const std::ptrdiff_t plane = cells.plane(), none = -(z + 1) * plane;
+  return {z % block > 0 ? -plane : none, (z + 1) % block > 0 ? plane : none};
 }
 
 // 1 / e of all cells.
 Array<Real> make_inverses(const System<Real>& system, int block, const linear::Modification& modification,
                           PressureMemory<Real>& memory) {
   const Real tau = static_cast<Real>(modification.tau), sigma = static_cast<Real>(modification.sigma);
+  const std::ptrdiff_t line = system.cells.line();
   Array<Real> inverse = memory.take_zeros(system.cells.size()), share = memory.take_zeros(system.cells.size());
-  for (int z = 0; z < system.cells.nz; ++z)
-    for (int y = 0; y < system.cells.ny; ++y) {
-      const Neighbours n = neighbours_of(system.cells, block, y, z);
-      ascending(system, y, z, [&](std::size_t i) {
-        const Real* const diagonal = &system.diagonal[i];
-        const Real upper_neighbours =
-            Real(diagonal[1] > 0) + Real(diagonal[n.high_y] > 0) + Real(diagonal[n.high_z] > 0);
-        const Pivot<Real> p =
-            pivot(*diagonal, share[i - 1], share[i + n.low_y], share[i + n.low_z], upper_neighbours, tau, sigma);
-        inverse[i] = p.inverse, share[i] = p.share;
-      });
-    }
+  for (int z = 0; z < system.cells.nz; ++z) {
+    const Neighbours n = neighbours_of(system.cells, block, z);
+    ascending(system, z, [&](std::size_t i) {
+      const Real* const diagonal = &system.diagonal[i];
+      const Real upper_neighbours = Real(diagonal[1] > 0) + Real(diagonal[line] > 0) + Real(diagonal[n.high_z] > 0);
+      const Pivot<Real> p =
+          pivot(*diagonal, share[i - 1], share[i - line], share[i + n.low_z], upper_neighbours, tau, sigma);
+      inverse[i] = p.inverse, share[i] = p.share;
+    });
+  }
   memory.give_back(share);
   return inverse;
 }
@@ -110,9 +107,9 @@ struct Steps {
   const Array<Real>& inverse;
 
   double dot(std::span<const Real> x, std::span<const Real> y) const {
-    return sum_of_lines(system, [&](int line, int plane) {
+    return sum_of_planes(system, [&](int plane) {
       double sum = 0;
-      ascending(system, line, plane, [&](std::size_t i) { sum += static_cast<double>(x[i]) * y[i]; });
+      ascending(system, plane, [&](std::size_t i) { sum += static_cast<double>(x[i]) * y[i]; });
       return sum;
     });
   }
@@ -127,11 +124,12 @@ struct Steps {
 
   // The first triangular solve: z becomes y. Returns r . M^-1 r.
   double precondition(std::span<const Real> r, std::span<Real> z) const {
-    return sum_of_lines(system, [&](int line, int plane) {
-      const Neighbours n = neighbours_of(system.cells, block, line, plane);
+    const std::ptrdiff_t line = system.cells.line();
+    return sum_of_planes(system, [&](int plane) {
+      const Neighbours n = neighbours_of(system.cells, block, plane);
       double sum = 0;
-      ascending(system, line, plane, [&](std::size_t i) {
-        const Real ey = forward(r[i], z[i - 1], z[i + n.low_y], z[i + n.low_z]);
+      ascending(system, plane, [&](std::size_t i) {
+        const Real ey = forward(r[i], z[i - 1], z[i - line], z[i + n.low_z]);
         z[i] = inverse[i] * ey;
         sum += static_cast<double>(ey) * z[i];
       });
@@ -141,22 +139,20 @@ struct Steps {
 
   // The second triangular solve, the step and the next direction, and z = A p. Returns p . A p.
   double advance_and_multiply(Real a, Real b, std::span<Real> x, std::span<Real> p, std::span<Real> z) const {
-    const auto [nx, ny, nz] = system.cells;
-    for (int plane = nz - 1; plane >= 0; --plane)
-      for (int line = ny - 1; line >= 0; --line) {
-        const Neighbours n = neighbours_of(system.cells, block, line, plane);
-        descending(system, line, plane, [&](std::size_t i) {
-          z[i] = backward(inverse[i], z[i], z[i + 1], z[i + n.high_y], z[i + n.high_z]);
-        });
-      }
+    const std::ptrdiff_t line = system.cells.line();
+    for (int plane = system.cells.nz - 1; plane >= 0; --plane) {
+      const Neighbours n = neighbours_of(system.cells, block, plane);
+      descending(system, plane,
+                 [&](std::size_t i) { z[i] = backward(inverse[i], z[i], z[i + 1], z[i + line], z[i + n.high_z]); });
+    }
     for_each_cell(system, [&](std::size_t i) {
       x[i] += a * p[i];
       p[i] = z[i] + b * p[i];
     });
     for_each_cell(system, [&](std::size_t i) { z[i] = row_times(system, p.data(), i); });
-    return sum_of_lines(system, [&](int line, int plane) {
+    return sum_of_planes(system, [&](int plane) {
       double sum = 0;
-      descending(system, line, plane, [&](std::size_t i) { sum += static_cast<double>(p[i]) * z[i]; });
+      descending(system, plane, [&](std::size_t i) { sum += static_cast<double>(p[i]) * z[i]; });
       return sum;
     });
   }
@@ -192,12 +188,12 @@ linear::Solution solve(const System<Real>& system, int block, const PressureSett
 
 linear::Solution pressure_solve_mic(const System<Real>& system, const PressureSettings& settings,
                                     PressureMemory<Real>& memory, Array<double>& q) {
-  return solve(system, std::max({system.cells.ny, system.cells.nz, 1}), settings, memory, q);
+  return solve(system, std::max(system.cells.nz, 1), settings, memory, q);
 }
 
 linear::Solution pressure_solve_block_mic(const System<Real>& system, const PressureSettings& settings,
                                           PressureMemory<Real>& memory, Array<double>& q) {
-  return solve(system, side_of_a_block, settings, memory, q);
+  return solve(system, planes_of_a_block, settings, memory, q);
 }
 
 }  // namespace lockstep::production_fluid::serial
