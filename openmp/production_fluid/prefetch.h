@@ -17,10 +17,4 @@ LOCKSTEP_INLINE void prefetch(const Values*... at) {
   (__builtin_prefetch(at + distance), ...);
 }
 
-// The same of places that will be written: another processor that has the line gives it up.
-template <class... Values>
-LOCKSTEP_INLINE void prefetch_to_write(const Values*... at) {
-  (__builtin_prefetch(at, 1), ...);
-}
-
 }  // namespace lockstep::production_fluid::openmp

@@ -8,7 +8,7 @@
 // The contract stands in common/production_fluid/pressure_solve.h.
 #include "common/production_fluid/pressure_solve.h"
 
-#include <array>
+#include <algorithm>
 #include <vector>
 
 #include "common/linear/iterate.h"
@@ -78,6 +78,7 @@ Array<Real> take_zeros(const Skewed& skewed, PressureMemory<Real>& memory) {
   for (int tile = 0; tile < skewed.tiles(); ++tile) {
     std::ptrdiff_t done = skewed.at(tile, 0);
     for (const Stretch& part : skewed.parts(tile)) {
+      if (part.begin == part.end) continue;
       const std::ptrdiff_t end = skewed.at(tile, part.end) + skewed.along_y();
       for (std::ptrdiff_t i = std::max(done, skewed.at(tile, part.begin) - skewed.along_y()); i < end; i += lanes)
         store(&array[i], floatv(0.f));
@@ -116,8 +117,7 @@ Array<Real> make_inverses(const Skewed& skewed, const Kind& kind, const Array<Re
       for_each_vector(skewed, part, [&](std::size_t i) { of_diagonal.set_first(i, &diagonal[i]); });
     });
   const std::ptrdiff_t along_y = skewed.along_y();
-  // The threads share parts as the kind says. A part writes its own cells.
-#pragma omp parallel
+  // A part writes its own cells.
   kind.ascending([&](const Stretch& part) {
     for_each_vector(skewed, part, [&](std::size_t i) {
       const auto row = [](floatv d) { return select(d > 0.f, floatv(1.f), floatv(0.f)); };
@@ -168,9 +168,9 @@ struct Steps {
   // z holds q, then y of the new r.
   double descend(Real a, std::span<Real> z, std::span<Real> r) {
     sum_rr.start(), sum_rz.start();
-    // The threads share parts as the kind says. A part writes its own cells, and its tile's sums.
-#pragma omp parallel
+    // A part writes its own cells, and its tile's sums.
     kind.ascending([&, a](const Stretch& part) {
+      if (part.begin == part.end) return;
       // In registers: the compiler must assume that stores of lanes change what stands in memory.
       Real *const zs = z.data(), *const rs = r.data();
       const Real* const inverses = inverse.data();
@@ -203,8 +203,7 @@ struct Steps {
   // The second triangular solve, the step and the next direction, and z = A p. Returns p . A p.
   double advance_and_multiply(Real a, Real b, std::span<Real> x, std::span<Real> p, std::span<Real> z) {
     sum_pq.start();
-    // The threads share parts as the kind says. A part writes its own cells, and its tile's sum.
-#pragma omp parallel
+    // A part writes its own cells, and its tile's sum.
     kind.descending([&, a, b](const Stretch& part, const Stretch& ready) {
       Real *const zs = z.data(), *const xs = x.data(), *const ps = p.data();
       const Real *const inverses = inverse.data(), *const diagonals = diagonal.data();

@@ -21,15 +21,16 @@
 #include "common/array.h"
 #include "common/production_fluid/pressure_solve.h"
 #include "common/production_fluid/system.h"
+#include "common/real.h"
 #include "common/simd.h"
 
 namespace lockstep::production_fluid::openmp {
 
 static_assert(planes_of_a_sum == lanes && planes_of_a_block == lanes);
 
-// Vectors begin .. end - 1 of a tile.
+// Vectors begin .. end - 1 of a tile; none if both are the same.
 struct Stretch {
-  int tile, begin, end;
+  int tile = 0, begin = 0, end = 0;
 };
 
 class Skewed {
@@ -38,18 +39,36 @@ class Skewed {
 
   int tiles() const { return tiles_; }
 
-  // All vectors with a row, in parts of about the same length; by tile, in ascending order.
+  // All vectors with a row are in parts of the tiles, as many of each tile, some of them empty. In a solve along x, y
+  // and z, a part waits for parts of its tile before it, and for the same part of the tile before; in one backwards,
+  // for those behind. What it waits for is at most `parts_between` parts away.
+  int parts_of_a_tile() const { return parts_of_a_tile_; }
+  int parts_between() const {  // along y; and 2, so that the product of a part does not wait for a later solve
+    return std::max(static_cast<int>((cells_.line() + part_length - 1) / part_length), 2);
+  }
+  // By tile, in ascending order.
   const std::vector<Stretch>& parts() const { return parts_; }
   std::span<const Stretch> parts(int tile) const {
-    return std::span(parts_).subspan(first_part_[tile], first_part_[tile + 1] - first_part_[tile]);
+    return std::span(parts_).subspan(std::size_t(tile) * parts_of_a_tile_, parts_of_a_tile_);
+  }
+  // Empty if there is no such part.
+  Stretch part(int tile, int k) const {
+    return k >= 0 && k < parts_of_a_tile_ ? parts_[std::size_t(tile) * parts_of_a_tile_ + k] : Stretch{};
   }
 
-  // The parts stage by stage. In a solve along x, y and z, a part waits only for parts of earlier stages; in one
-  // backwards, only for parts of later stages. Neighbours are at most `stages_between` stages apart. A stage has at
-  // most one part of each tile, in order of the tiles.
-  const std::vector<std::vector<Stretch>>& stages() const { return stages_; }
-  std::ptrdiff_t stages_between() const {  // along y; and 2 along z: one tile further, and at most one part
-    return std::max<std::ptrdiff_t>((cells_.line() + part_length - 1) / part_length, 2);
+  // The tiles of a thread: from `begin` to `end` - 1, so that threads have about as many vectors.
+  struct Tiles {
+    int begin, end;
+  };
+  Tiles run_of_tiles(int thread, int threads) const {
+    const auto first_of = [&](std::ptrdiff_t thread) {
+      int tile = 0;
+      while (tile < tiles_ &&
+             (vectors_before_[tile] + vectors_before_[tile + 1]) * threads < 2 * thread * vectors_before_[tiles_])
+        ++tile;
+      return tile;
+    };
+    return {first_of(thread), thread + 1 < threads ? first_of(thread + 1) : tiles_};
   }
 
   // Elements of an array of vectors, and of its outer lanes.
@@ -68,16 +87,16 @@ class Skewed {
 
  private:
   // The parts of a tile end where s + 16 tile is a multiple of this: small enough for many parts, large enough for few
-  // stages.
+  // flags.
   static constexpr int part_length = 96;
 
   Bordered cells_;
   int tiles_;
   std::ptrdiff_t along_y_;
   std::ptrdiff_t stride_;  // vectors of a tile; and a line more, so that no tile has neighbours along y in another
+  int parts_of_a_tile_;
   std::vector<Stretch> parts_;
-  std::vector<std::size_t> first_part_;
-  std::vector<std::vector<Stretch>> stages_;
+  std::vector<std::ptrdiff_t> vectors_before_;  // [tile] in parts of tiles before; and of all, behind the last
 };
 
 inline Skewed::Skewed(const System<float>& system)
@@ -85,10 +104,13 @@ inline Skewed::Skewed(const System<float>& system)
       tiles_((cells_.nz + lanes - 1) / lanes),
       along_y_(cells_.line() * lanes),
       stride_(cells_.plane() + cells_.line() + lanes - 1),
-      first_part_(tiles_ + 1) {
+      parts_of_a_tile_(static_cast<int>((stride_ + tiles_ * lanes) / part_length) + 1),
+      parts_(std::size_t(tiles_) * parts_of_a_tile_),
+      vectors_before_{0} {
   for (int tile = 0; tile < tiles_; ++tile) {
     const int skew = tile * lanes, last_plane = std::min(skew + lanes, cells_.nz);
-    int done = 0;  // a line's vectors overlap with those of the line before
+    Stretch* const parts_of_tile = &parts_[std::size_t(tile) * parts_of_a_tile_];
+    std::fill_n(parts_of_tile, parts_of_a_tile_, Stretch{tile, 0, 0});
     for (int y = 0; y < cells_.ny; ++y) {
       int begin = cells_.nx + lanes, end = 0;
       for (int z = skew; z < last_plane; ++z) {
@@ -98,24 +120,18 @@ inline Skewed::Skewed(const System<float>& system)
         end = std::max(end, system.runs[last].end + z - skew);
       }
       const int from = static_cast<int>((y + 1) * cells_.line());
-      for (int s = std::max(from + begin, done); s < from + end; s = done) {
-        done = std::min(from + end, ((s + skew) / part_length + 1) * part_length - skew);
-        const auto chunk = [&](int vector) { return (vector + skew) / part_length; };
-        if (parts_.size() > first_part_[tile] && chunk(parts_.back().begin) == chunk(s))
-          parts_.back().end = done;
-        else
-          parts_.push_back({tile, s, done});
+      for (int s = from + begin, next; s < from + end; s = next) {
+        const int k = (s + skew) / part_length;
+        next = std::min(from + end, (k + 1) * part_length - skew);
+        Stretch& part = parts_of_tile[k];
+        part.begin = part.begin == part.end ? s : std::min(part.begin, s);
+        part.end = std::max(part.end, next);
       }
     }
-    first_part_[tile + 1] = parts_.size();
+    std::ptrdiff_t vectors = vectors_before_.back();
+    for (const Stretch& part : parts(tile)) vectors += part.end - part.begin;
+    vectors_before_.push_back(vectors);
   }
-  // A part waits for vectors of the same or lesser s + 16 tile in the tile before.
-  for (const Stretch& part : parts_) {
-    const std::size_t stage = part.tile + (part.begin + part.tile * lanes) / part_length;
-    if (stages_.size() <= stage) stages_.resize(stage + 1);
-    stages_[stage].push_back(part);
-  }
-  std::erase_if(stages_, [](const std::vector<Stretch>& parts) { return parts.empty(); });
 }
 
 // Lane 0 and lane 15 of all vectors, 0 beyond the tiles. Tiles read of one another only these, so that a thread fetches

@@ -25,10 +25,10 @@ using namespace production_fluid;
 using namespace production_fluid_inputs;
 
 // An iteration multiplies by A and by M^-1, takes three dot products, and updates three vectors. Bytes are those of
-// openmp's two passes, thirteen values a cell: of the first, r, and y in the place of A p, each read and written, and 1 /
-// e; of the second, x, p, and A p in the place of y, each read and written, 1 / e and the diagonal. The data are taken to
-// be as many: a vector counts each time that it is read, since arrays have places without cells, too, which are not
-// counted.
+// openmp's two passes, thirteen values a cell: of the first, r, and y in the place of A p, each read and written, and
+// 1 / e; of the second, x, p, and A p in the place of y, each read and written, 1 / e and the diagonal. The data are
+// taken to be as many: a vector counts each time that it is read, since arrays have places without cells, too, which
+// are not counted.
 Work work_with_factor(double liquid, int iterations) {
   const double bytes = 4 * 13;
   return {liquid * iterations, "cells", liquid * iterations * bytes, liquid * iterations * (9. + 9 + 6 + 6), 0,
