@@ -12,6 +12,7 @@ namespace lockstep {
 // On a cache line of its own: its owner writes it while others work.
 struct alignas(64) Flag {
   std::atomic<int> value = 0;
+  mutable std::atomic<int> sleepers = 0;  // threads that sleep until the value rises
 };
 
 // C names, so that the linker can send the calls elsewhere (verify/record_wraps.cpp).
