@@ -3,7 +3,9 @@
 // Each thread counts the particles of its own share of each block. Counts of all blocks, of every thread, would be
 // larger than the particles. But they were sorted before they moved, so a share lies in few lines of blocks, and no
 // other line of counts is ever touched. Then the counts of lines that several threads have are added up, block after
-// block and thread after thread, and each thread moves its own particles. Lanes find the blocks.
+// block and thread after thread, and each thread writes the indices of its own particles to their places. At last,
+// particles are fetched by index. So one array is written out of order, not five: a processor waits for stores that miss
+// its cache, while it runs ahead of loads that do. Lanes find the blocks.
 //
 // The contract stands in common/production_fluid/sort_particles.h.
 #include "common/production_fluid/sort_particles.h"
@@ -31,7 +33,7 @@ intv block_along(const floatv& x, const Field<Real>& phi, int n) {
 
 // Calls visit(particle, line of blocks, block) for the particles of a share.
 template <class Visit>
-void for_each(const Field<Real>& phi, const Particles<Real>& particles, const Share& mine, const Visit& visit) {
+void find_blocks(const Field<Real>& phi, const Particles<Real>& particles, const Share& mine, const Visit& visit) {
   const auto& [px, py, pz] = particles.position;
   for (int i = mine.begin; i < mine.end; i += lanes) {
     alignas(64) std::int32_t line[lanes], block[lanes];
@@ -95,6 +97,17 @@ class Counts {
   std::vector<std::int32_t*> having_;         // for each thread, the counts of a line by all who have it
 };
 
+// Copies the particles that go to the places of a share.
+void fetch_particles(const Particles<Real>& particles, const std::int32_t* origin, const Share& places,
+                     Particles<Real>& sorted) {
+  const Vectors<Real>& p = particles.position;
+  Vectors<Real>& q = sorted.position;
+  const Real* const from[] = {p.x.data(), p.y.data(), p.z.data(), particles.radius.data(), particles.sign.data()};
+  Real* const to[] = {q.x.data(), q.y.data(), q.z.data(), sorted.radius.data(), sorted.sign.data()};
+  for (int i = places.begin; i < places.end; ++i)
+    for (int k = 0; k < 5; ++k) to[k][i] = from[k][origin[i]];
+}
+
 }  // namespace
 
 void sort_particles(const Field<Real>& phi, const Particles<Real>& particles, Particles<Real>& sorted) {
@@ -103,16 +116,19 @@ void sort_particles(const Field<Real>& phi, const Particles<Real>& particles, Pa
   sorted.first.resize(std::size_t(lines) * blocks + 1);
   Counts counts(omp_get_max_threads(), lines, blocks);
   std::vector<std::int32_t> totals(omp_get_max_threads());
-  // Each thread counts and moves its own share of the particles, to places that no other has. In between, each adds up
-  // its own share of the lines.
+  const auto block = std::make_unique_for_overwrite<std::int32_t[]>(particles.count),
+             origin = std::make_unique_for_overwrite<std::int32_t[]>(particles.count);
+  // Each thread counts its own share of the particles and finds their places, which no other particle has. In between,
+  // each adds up its own share of the lines; at the end each fills its own share of the places.
 #pragma omp parallel
   {
     const int thread = omp_get_thread_num();
     const Share mine = my_share(particles.count), my_lines = my_share(lines);
-    std::int32_t* const of_block = counts.of_thread(thread);
-    for_each(phi, particles, mine, [&](int, int line, int block) {
+    std::int32_t* const count = counts.of_thread(thread);
+    find_blocks(phi, particles, mine, [&](int i, int line, int its_block) {
+      block[i] = its_block;
       counts.touch(thread, line);
-      ++of_block[block];
+      ++count[its_block];
     });
     // From here on all threads read the counts.
 #pragma omp barrier
@@ -123,11 +139,10 @@ void sort_particles(const Field<Real>& phi, const Particles<Real>& particles, Pa
                             sorted.first.data());
     // From here on the places are complete.
 #pragma omp barrier
-    for_each(phi, particles, mine, [&](int i, int, int block) {
-      const std::int32_t place = of_block[block]++;
-      store(sorted.position, place, load(particles.position, i));
-      sorted.radius[place] = particles.radius[i], sorted.sign[place] = particles.sign[i];
-    });
+    for (int i = mine.begin; i < mine.end; ++i) origin[count[block[i]]++] = i;
+      // From here on all threads read where particles come from.
+#pragma omp barrier
+    fetch_particles(particles, origin.get(), mine, sorted);
   }
   sorted.first.back() = particles.count;
 }
