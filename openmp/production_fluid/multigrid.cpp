@@ -292,7 +292,7 @@ linear::Solution pressure_solve_multigrid(const System<Real>& system, const Pres
   Array<Real> x = zeros(), r = zeros(), z = zeros(), p = zeros();
   const linear::Solution solution =
       linear::iterate(Vectors{levels[0]}, operators, system.right, {x, r, z, p}, settings.stop);
-  for (Array<Real>* array : {&x, &r, &z, &p}) memory.give_back(*array);
+  for (Array<Real>* array : {&x, &r, &z, &p}) give_back_zeros(levels[0], *array, memory);
   give_back(levels, memory);
   return solution;
 }

@@ -236,10 +236,22 @@ inline std::vector<Level> make_levels(const System<float>& system, PressureMemor
   return levels;
 }
 
+// Gives back an array that was taken as zeros, and written only within a level's parts: a solve that sets these to 0
+// again writes less than one that begins with whole arrays.
+inline void give_back_zeros(const Level& level, Array<float>& array, PressureMemory<float>& memory) {
+  if (array.empty()) return;
+  // A part sets its own places.
+#pragma omp parallel for schedule(static) if (is_shared(level))
+  for (std::ptrdiff_t k = 0; k < std::ssize(level.parts); ++k)
+    std::fill(&array[level.parts[k].begin], &array[level.parts[k].end], 0.f);
+  memory.give_back_zeros(array);
+}
+
 inline void give_back(std::vector<Level>& levels, PressureMemory<float>& memory) {
-  for (Level& level : levels)
-    for (Array<float>* array : {&level.inverse, &level.right, &level.solution, &level.guess, &level.rows})
-      memory.give_back(*array);
+  for (Level& level : levels) {
+    for (Array<float>* array : {&level.right, &level.solution, &level.guess}) give_back_zeros(level, *array, memory);
+    for (Array<float>* array : {&level.inverse, &level.rows}) memory.give_back(*array);
+  }
 }
 
 }  // namespace lockstep::production_fluid::openmp

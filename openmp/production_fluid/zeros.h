@@ -23,9 +23,7 @@ void fill_with_zeros(Array<T>& array) {
 
 // Room for n zeros.
 inline Array<float> take_zeros(PressureMemory<float>& memory, std::size_t n) {
-  Array<float> array = memory.take(n);
-  fill_with_zeros(array);
-  return array;
+  return memory.take_zeros(n, fill_with_zeros<float>);
 }
 
 }  // namespace lockstep::production_fluid::openmp
