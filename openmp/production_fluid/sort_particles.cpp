@@ -4,8 +4,8 @@
 // larger than the particles. But they were sorted before they moved, so a share lies in few lines of blocks, and no
 // other line of counts is ever touched. Then the counts of lines that several threads have are added up, block after
 // block and thread after thread, and each thread writes the indices of its own particles to their places. At last,
-// particles are fetched by index. So one array is written out of order, not five: a processor waits for stores that miss
-// its cache, while it runs ahead of loads that do. Lanes find the blocks.
+// particles are fetched by index. So one array is written out of order, not five: a processor waits for stores that
+// miss its cache, while it runs ahead of loads that do. Lanes find the blocks, and write the particles.
 //
 // The contract stands in common/production_fluid/sort_particles.h.
 #include "common/production_fluid/sort_particles.h"
@@ -18,6 +18,7 @@
 
 #include "common/real.h"
 #include "common/simd.h"
+#include "common/simd_records.h"
 #include "openmp/share.h"
 
 namespace lockstep::production_fluid::openmp {
@@ -97,14 +98,19 @@ class Counts {
   std::vector<std::int32_t*> having_;         // for each thread, the counts of a line by all who have it
 };
 
-// Copies the particles that go to the places of a share.
+// Copies the particles that go to the places of a share: whole vectors past the caches, which have no room for all
+// particles.
 void fetch_particles(const Particles<Real>& particles, const std::int32_t* origin, const Share& places,
                      Particles<Real>& sorted) {
   const Vectors<Real>& p = particles.position;
   Vectors<Real>& q = sorted.position;
   const Real* const from[] = {p.x.data(), p.y.data(), p.z.data(), particles.radius.data(), particles.sign.data()};
   Real* const to[] = {q.x.data(), q.y.data(), q.z.data(), sorted.radius.data(), sorted.sign.data()};
-  for (int i = places.begin; i < places.end; ++i)
+  int i = places.begin;
+  for (; i + lanes <= places.end; i += lanes)
+    for (int k = 0; k < 5; ++k) stream(to[k] + i, load_each(from[k], origin + i));
+  finish_streams();
+  for (; i < places.end; ++i)
     for (int k = 0; k < 5; ++k) to[k][i] = from[k][origin[i]];
 }
 
