@@ -80,7 +80,7 @@ const std::map<std::string, int> floors = {
     {"production_fluid/redistance", 95},
     {"production_fluid/remove_particles", 72},
     {"production_fluid/reseed", 60},
-    {"production_fluid/sort_particles", 71},
+    {"production_fluid/sort_particles", 76},
     {"production_fluid/step", 91},
     {"production_fluid/time_step", 93},
     {"rigid/batches", 99},

@@ -106,12 +106,15 @@ void fetch_particles(const Particles<Real>& particles, const std::int32_t* origi
   Vectors<Real>& q = sorted.position;
   const Real* const from[] = {p.x.data(), p.y.data(), p.z.data(), particles.radius.data(), particles.sign.data()};
   Real* const to[] = {q.x.data(), q.y.data(), q.z.data(), sorted.radius.data(), sorted.sign.data()};
-  int i = places.begin;
-  for (; i + lanes <= places.end; i += lanes)
-    for (int k = 0; k < 5; ++k) stream(to[k] + i, load_each(from[k], origin + i));
+  const auto put = [&](int i, int place) {
+    store(sorted.position, place, load(particles.position, i));
+    sorted.radius[place] = particles.radius[i], sorted.sign[place] = particles.sign[i];
+  };
+  int place = places.begin;
+  for (; place + lanes <= places.end; place += lanes)
+    for (int k = 0; k < 5; ++k) stream(to[k] + place, load_each(from[k], origin + place));
   finish_streams();
-  for (; i < places.end; ++i)
-    for (int k = 0; k < 5; ++k) to[k][i] = from[k][origin[i]];
+  for (; place < places.end; ++place) put(origin[place], place);
 }
 
 }  // namespace
