@@ -106,14 +106,15 @@ std::shared_ptr<const MovingInputs> moving_inputs(const std::string& path) {
     StepMemory<float> memory = serial::make_memory(in.cloth);
     const double dt = scene->frame_time / scene->substeps;
     Motion<float> motion = in.motion;
-    bool were_near = false;
+    bool were_near = false, has_met = false;
     for (int k = 0; k < most_steps && memory.took.collided.zone_vertices == 0; ++k) {
       const Motion<float> before = motion;
       const Script<float> script = script_of(*scene, k * dt, (k + 1) * dt);
       serial::step_original(in.cloth, script, motion, memory);
-      const bool are_near = memory.took.near > 0;
-      if (k == 0 || memory.took.collided.impacts > 0 || (are_near && !were_near))
-        in.motion = before, in.script = script, were_near = are_near;
+      const bool are_near = memory.took.near > 0,
+                 meets = memory.took.collided.impacts > 0 || (are_near && !were_near);
+      if (meets || !has_met) in.motion = before, in.script = script;
+      were_near |= are_near, has_met |= meets;
     }
     return in;
   });

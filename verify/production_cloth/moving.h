@@ -9,8 +9,9 @@
 
 namespace lockstep::production_cloth {
 
-// A cloth that the serial step has brought to where a step needs zones, in its first steps; else to the last of them in
-// which something met; else to the first with near pairs.
+// A cloth that the serial step has brought to where a step needs zones, in its first hundred steps; else to the last of
+// them in which something met; else to the first with near pairs; else to the last of them. The very first step is none
+// that stands for others: its damping has no guess from steps before.
 struct MovingInputs {
   Cloth<float> cloth;
   Motion<float> motion;
