@@ -111,8 +111,7 @@ std::shared_ptr<const MovingInputs> moving_inputs(const std::string& path) {
       const Motion<float> before = motion;
       const Script<float> script = script_of(*scene, k * dt, (k + 1) * dt);
       serial::step_original(in.cloth, script, motion, memory);
-      const bool are_near = memory.took.near > 0,
-                 meets = memory.took.collided.impacts > 0 || (are_near && !were_near);
+      const bool are_near = memory.took.near > 0, meets = memory.took.collided.impacts > 0 || (are_near && !were_near);
       if (meets || !has_met) in.motion = before, in.script = script;
       were_near |= are_near, has_met |= meets;
     }
