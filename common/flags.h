@@ -5,15 +5,12 @@
 // An awaited post must not depend on the thread that awaits it, or both wait for ever.
 #pragma once
 
-#include <atomic>
+#include "common/waiting.h"
 
 namespace lockstep {
 
 // On a cache line of its own: its owner writes it while others work.
-struct alignas(64) Flag {
-  std::atomic<int> value = 0;
-  mutable std::atomic<int> sleepers = 0;  // threads that sleep until the value rises
-};
+struct alignas(64) Flag : Awaited {};
 
 // C names, so that the linker can send the calls elsewhere (verify/record_wraps.cpp).
 extern "C" {

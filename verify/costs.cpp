@@ -10,7 +10,7 @@
 #include "common/array.h"
 #include "common/flags.h"
 #include "common/simd.h"
-#include "verify/crew.h"
+#include "common/waiting.h"
 #include "verify/held_team.h"
 #include "verify/program.h"
 

@@ -4,13 +4,11 @@
 #pragma once
 
 #include <atomic>
-#include <chrono>
 #include <utility>
 
-namespace lockstep::verify {
+#include "common/waiting.h"
 
-// For how long a thread that waits turns in a loop, at most, and then yields its core between looks before it sleeps.
-inline constexpr int turning_us = 1, patience_us = 50;
+namespace lockstep::verify {
 
 class Crew {
  public:
@@ -40,9 +38,6 @@ class Crew {
   void set_resting(bool resting) { resting_ = resting; }
   bool resting() const { return resting_; }
 
-  // For how long another program is expected to go on using a core that a crew's thread needs: 0 if none does.
-  static std::chrono::steady_clock::duration cores_shared_for();
-
   // Runs regions until the crew is dismissed. Called by the other threads.
   void serve();
   void dismiss();
@@ -51,13 +46,12 @@ class Crew {
   // Something that threads wait for: each opening adds one.
   class Gate {
    public:
-    unsigned opened() const { return opened_.load(); }
+    int opened() const { return opened_.value.load(); }
     void open();
-    void wait(unsigned before);  // until opened() is another than `before`
+    void wait(int before);  // until opened() is another than `before`
 
    private:
-    std::atomic<unsigned> opened_ = 0;
-    std::atomic<int> sleepers_ = 0;
+    Awaited opened_;
   };
   void run();
 

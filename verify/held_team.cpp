@@ -24,7 +24,7 @@ bool holds_teams() { return libgomp && !std::getenv("OMP_WAIT_POLICY") && !std::
 
 const char* way_to_wait() { return holds_teams() ? "held team" : "OpenMP's runtime"; }
 
-double cores_shared_for() { return crew ? std::chrono::duration<double>(Crew::cores_shared_for()).count() : 0; }
+double cores_shared_for() { return crew ? std::chrono::duration<double>(lockstep::cores_shared_for()).count() : 0; }
 
 void rest_team(const std::function<void()>& work) {
   if (!crew) return work();

@@ -17,7 +17,6 @@
 #include <vector>
 
 #include "common/flags.h"
-#include "verify/pause.h"
 #include "verify/record.h"
 
 extern "C" {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "verify/crew.h"
+#include "common/waiting.h"
 #include "verify/record.h"
 
 namespace lockstep::verify {
@@ -27,7 +27,7 @@ inline constexpr int falling_asleep_us = 10;
 
 // What a long wait costs at a barrier, or for a region to begin or to end, in ns. A short one is spent in a loop, and
 // what is left of it is part of Together. Later the thread yields between looks, then it falls asleep, and at last it
-// sleeps (crew.h).
+// sleeps (common/waiting.h).
 struct Waking {
   // How late the thread goes on, and how late the one that it has waited for, which wakes it.
   struct Late {
