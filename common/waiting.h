@@ -40,10 +40,10 @@ class Yielding {
   Clock::time_point start_ = Clock::now(), time_ = start_;
 };
 
-// Sleeps until the value is another than `before`, or for no reason.
+// Sleeps until the value is another than `before`. It may also wake without cause.
 void sleep_while(const Awaited& awaited, int before);
 
-// Waits until has_come(value). What was written before the value was set may then be read.
+// Waits until has_come(value) is true. The thread then sees what was written before the value was set.
 template <class HasCome>
 void wait(const Awaited& awaited, const HasCome& has_come) {
   // Most waits at a barrier are over after so many turns. They take turning_us at most.

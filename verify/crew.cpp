@@ -33,8 +33,9 @@ void Crew::parallel(void (*region)(void*), void* data) {
 }
 
 void Crew::serve() {
-  for (int begun = 0;; ++begun) {
+  for (int begun = 0;;) {
     begin_.wait(begun);
+    begun = begin_.opened();  // it opens again only after this thread has run the region
     if (!region_) return;
     run();
     if (running_.fetch_sub(1) == 1) end_.open();

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "common/flags.h"
+#include "common/waiting.h"
 #include "verify/record.h"
 
 extern "C" {

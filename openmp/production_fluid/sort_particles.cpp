@@ -98,8 +98,8 @@ class Counts {
   std::vector<std::int32_t*> having_;         // for each thread, the counts of a line by all who have it
 };
 
-// Copies the particles that go to the places of a share: whole vectors past the caches, which have no room for all
-// particles.
+// Copies the particles that go to the places of a share. A share begins with a vector, so whole vectors are aligned and
+// can be streamed.
 void fetch_particles(const Particles<Real>& particles, const std::int32_t* origin, const Share& places,
                      Particles<Real>& sorted) {
   const Vectors<Real>& p = particles.position;

@@ -10,8 +10,8 @@
 namespace lockstep::production_cloth {
 
 // A cloth that the serial step has brought to where a step needs zones, in its first hundred steps; else to the last of
-// them in which something met; else to the first with near pairs; else to the last of them. The very first step is none
-// that stands for others: its damping has no guess from steps before.
+// them in which something met; else to the first with near pairs; else to the last of them. The first step of all would
+// not be typical: its damping has no guess from earlier steps.
 struct MovingInputs {
   Cloth<float> cloth;
   Motion<float> motion;
