@@ -589,7 +589,7 @@ class Figures(unittest.TestCase):
         self.assertLess({"fluid/step", "rigid/gjk"}, set(quick["bench"]))
         self.assertIsNone(measure.needed(draw.chosen("roofline"), quick=True)["bench"])
 
-        options = argparse.Namespace(threads="1,2", shard="2/3", quick=False, resume=True)
+        options = argparse.Namespace(threads="1,2", shard="2/3", quick=False, full=False, resume=True)
 
         def commands(*chosen):
             figures = {name: draw.chosen(name)[name] for name in chosen}
@@ -615,6 +615,11 @@ class Figures(unittest.TestCase):
         self.assertEqual(commands("sph_locks"), [bench, curves])
         few = ["lockstep", "scale", "--cores", measure.few_cores(), *some, "f/scale.json"]
         self.assertEqual(commands("sph_locks", "model_validation"), [bench, curves, few])
+        options.full = True
+        self.assertEqual(
+            {command[1]: "--full" in command for command in commands("sph_locks", "production_modules")},
+            {"bench": False, "scale": True, "figures": True},
+        )
 
     def test_kernels_and_forms_are_those_of_the_program(self):
         program = ROOT / os.environ.get("LOCKSTEP", "build/lockstep")

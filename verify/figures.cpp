@@ -222,7 +222,7 @@ void contact_batches(const FigureOptions& options, const Model& model, RowsOf& r
 // Milliseconds of a frame of the production fluid by module, after one that is not timed.
 void production_modules(const FigureOptions& options, const Model&, RowsOf& rows) {
   using namespace production_fluid;
-  const std::string name = options.quick ? "drop_64" : "drop_128";
+  const std::string name = options.quick ? "drop_64" : options.full ? "drop_256" : "drop_128";
   const LiquidForm& form = liquid_forms[0];
   const Scene scene = load_scene("scenes/production_fluid/" + name + ".toml");
   Liquid<float> start;

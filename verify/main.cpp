@@ -164,6 +164,7 @@ int main(int argc, char** argv) {
   add_quick(scale_command, scale_options.quick);
   add_brief(scale_command, scale_options.brief);
   add_costs(scale_command, scale_options.given);
+  scale_command->add_flag("--full", scale_options.full, "on all scenes");
   add_resume(scale_command, scale_options.resume)->needs("--json");
   add_shard(scale_command, shard);
 
@@ -202,6 +203,7 @@ int main(int argc, char** argv) {
   figures_command->add_option("--out", figure_options.out, "a folder")->required();
   figures_command->add_option("--report", figure_options.report, "only this one, such as contact_batches");
   add_quick(figures_command, figure_options.quick);
+  figures_command->add_flag("--full", figure_options.full, "on the largest scenes");
   add_resume(figures_command, figure_options.resume);
   add_shard(figures_command, shard);
 

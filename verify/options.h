@@ -54,6 +54,7 @@ struct EndureOptions : ReportOptions {
 struct FigureOptions : ReportOptions {
   std::string out;     // a folder
   std::string report;  // only this one, without .json; all if empty
+  bool full = false;   // on the largest scenes
 };
 
 struct ListOptions {

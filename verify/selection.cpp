@@ -55,7 +55,9 @@ std::vector<Selected> select(const Options& options, Purpose purpose) {
   std::vector<Selected> selected, share;
   for (const Kernel& kernel : chosen) {
     std::vector<std::string> paths = purpose == Purpose::bench ? kernel.bench_scenes : kernel.scenes;
-    if (options.full) paths.insert(paths.end(), kernel.more_scenes.begin(), kernel.more_scenes.end());
+    if (options.full)
+      std::ranges::copy_if(kernel.more_scenes, std::back_inserter(paths),
+                           [&](const std::string& path) { return std::ranges::find(paths, path) == paths.end(); });
     if (named) {
       paths = known_as(kernel, options.scene);
     } else if (!options.scene.empty()) {

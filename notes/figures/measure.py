@@ -1,9 +1,10 @@
 """Measures what figures need: measure.py PROGRAM FOLDER [--figure NAME] [--threads 1,2,4] [--shard 1/2] [--quick]
-[--resume].
+[--full] [--resume].
 
 Runs `lockstep bench`, `scale` and `figures` for the reports and kernels that the figures name (REPORTS, see draw.py).
 Kernels of the report `scale` are modelled on the machine's own numbers of cores and on 64, those of `curves` on all
-numbers that `lockstep scale` takes by itself. Options go to the program as they are.
+numbers that `lockstep scale` takes by itself. Options go to the program as they are; --full, for the largest scenes,
+goes to `scale` and `figures`.
 """
 
 import argparse
@@ -41,6 +42,7 @@ def commands(program, folder, needs, options):
     """The program's command for each report."""
     more = [f"--{name}" for name in ("quick", "resume") if getattr(options, name)]
     more += ["--shard", options.shard] if options.shard else []
+    largest = ["--full"] if options.full else []
     found = []
     for report, kernels in needs.items():
         selected = ["--kernel", ",".join(kernels)] if kernels else []
@@ -51,9 +53,9 @@ def commands(program, folder, needs, options):
             found.append([program, "bench", *selected, *threads, *brief, *more, *json])
         elif report in ("scale", "curves"):
             cores = ["--cores", few_cores()] if report == "scale" else []
-            found.append([program, "scale", *selected, *cores, *brief, *more, *json])
+            found.append([program, "scale", *selected, *cores, *brief, *largest, *more, *json])
         else:
-            found.append([program, "figures", "--report", report, *more, "--out", folder])
+            found.append([program, "figures", "--report", report, *largest, *more, "--out", folder])
     return found
 
 
@@ -65,6 +67,7 @@ def main():
     arguments.add_argument("--threads")
     arguments.add_argument("--shard")
     arguments.add_argument("--quick", action="store_true")
+    arguments.add_argument("--full", action="store_true")
     arguments.add_argument("--resume", action="store_true")
     options = arguments.parse_args()
     figures = draw.chosen(options.figure)

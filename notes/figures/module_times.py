@@ -1,8 +1,8 @@
 """A frame by module: what the figures of both production applications have in common.
 
 A figure's module gives: MODULES, the form of each module's kernel in the order of a step, None where a module has no
-kernel of its own; FORM of the step; SCALED_ON, the scenes that kernels are modelled on, of which the first with results
-is taken; and KERNELS, of modules whose kernels have other names.
+kernel of its own; FORM of the step; SCALED_ON, the scenes that kernels are modelled on if not on the frame's own, of
+which the first with results is taken; and KERNELS, of modules whose kernels have other names.
 """
 
 import judge
@@ -34,9 +34,10 @@ def table(data, name, domain, figure, counts):
         if form is None or ms[1][module] < 1e-3 * sum(ms[1].values()):
             continue
         on_all = source.rows_of(data, "scale", kernel=kernels[module], form=form)
-        scaled_on = next((scene for scene in figure.SCALED_ON if source.at(on_all, scene=scene)), None)
+        scenes = [serial["scene"], *figure.SCALED_ON]
+        scaled_on = next((scene for scene in scenes if source.at(on_all, scene=scene)), None)
         if scaled_on is None:
-            raise source.Missing(f"scale.json: '{kernels[module]}' '{form}' on none of {', '.join(figure.SCALED_ON)}")
+            raise source.Missing(f"scale.json: '{kernels[module]}' '{form}' on none of {', '.join(scenes)}")
         modelled = {r["cores"]: r for r in on_all if r["scene"] == scaled_on}
         most = max(c for c in modelled if c <= 64)
         one_core = modelled[1]["modelled_ms"]

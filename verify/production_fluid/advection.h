@@ -57,7 +57,7 @@ inline constexpr double flops_of_correction = 3;
 // one_cell is narrower than a vector.
 inline Scenes advection_scenes() {
   return {.verify = {"one_cell", "obstacle_48", "drop_64"},
-          .more = {"drop_128"},
+          .more = {"drop_128", "drop_256"},
           .bench = {"drop_128"},
           .tsan = {"obstacle_48"}};
 }

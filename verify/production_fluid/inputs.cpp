@@ -66,7 +66,7 @@ double liquid_cells_of(const Inputs& in) {
 
 Scenes pressure_scenes() {
   return {.verify = {"drop_64", "obstacle_48", "one_cell", "full_box", "two_pockets", "open_top"},
-          .more = {"drop_128"},
+          .more = {"drop_128", "drop_256"},
           .bench = {"drop_128"},
           .tsan = {"obstacle_48"}};
 }

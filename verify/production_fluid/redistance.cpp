@@ -82,7 +82,7 @@ Case make(const std::string& path, Redistance<float>* serial, Redistance<float>*
 // full_box has no surface.
 Scenes redistance_scenes() {
   return {.verify = {"drop_64", "obstacle_48", "one_cell", "full_box", "two_pockets"},
-          .more = {"drop_128"},
+          .more = {"drop_128", "drop_256"},
           .bench = {"drop_128"},
           .tsan = {"obstacle_48"}};
 }

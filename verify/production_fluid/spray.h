@@ -13,7 +13,7 @@ production_fluid::Spray<float> spray(const production_fluid::Fluid<float>& fluid
 // one_cell has fewer particles than lanes; drops leave through the top of open_top.
 inline Scenes spray_scenes() {
   return {.verify = {"one_cell", "obstacle_48", "drop_64", "open_top"},
-          .more = {"drop_128"},
+          .more = {"drop_128", "drop_256"},
           .bench = {"drop_128"},
           .tsan = {"obstacle_48"}};
 }
