@@ -72,7 +72,7 @@ const std::map<std::string, int> floors = {
     {"production_fluid/apply_forces", 97},
     {"production_fluid/correct_level_set", 64},
     {"production_fluid/extend_level_set", 60},
-    {"production_fluid/extrapolate", 58},
+    {"production_fluid/extrapolate", 64},
     {"production_fluid/make_system", 82},
     {"production_fluid/multigrid", 75},
     {"production_fluid/pressure_solve", 58},

@@ -2,20 +2,23 @@
 //
 // The algorithm and its serial form stand in serial/production_fluid/extrapolate.cpp. Nothing is sorted: a face needs
 // its nearer neighbours to be done, and no other order. Each face that is sought counts how many of them it waits for;
-// those that are known from the start are done.
-// The thread that completes a face takes one off the count of each farther neighbour, and where that was the last,
-// works on that neighbour next. So threads meet at no barrier while they visit faces, however long the chain from face
-// to face: on a surface that slopes a little, it is as long as the box, and levels of faces with a barrier behind each
-// would be as many. A face gets the same bits from any thread, at any time (the contract says why).
+// those that are known from the start are done. When a face is complete, one is taken off the count of each farther
+// neighbour, and where that was the last, it is that neighbour's turn. A face gets the same bits whenever its turn
+// comes (the contract says why).
 //
-// A thread has a stack of faces that wait for nothing, and takes sixteen at a time.
+// A slab of planes is one thread's, which follows chains of faces as long as they stay there. What it has done for a
+// neighbour in a slab beside, it writes to a list, which that slab's thread reads in the next round, behind a barrier.
+// So counts need no atomics. There are as many rounds as the longest chain goes from slab to slab: few, where levels of
+// faces with a barrier behind each would be as many as a chain has faces. On a surface that slopes a little, that is as
+// long as the box.
+//
+// A slab has a stack of faces that wait for nothing; sixteen are taken at a time.
 //
 // The contract stands in common/production_fluid/extrapolate.h.
 #include "common/production_fluid/extrapolate.h"
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <bit>
 #include <cstdint>
 #include <vector>
@@ -81,8 +84,27 @@ constexpr int nearer_bit = 0, farther_bit = 6, waits_bit = 12;
 struct Band {
   Real* distance;  // from the liquid; far of faces that turn out unknown, and beyond the ends of a line
   std::int32_t* links;
-  std::vector<std::vector<std::int32_t>> free;  // [z]: faces that wait for nothing
 };
+
+constexpr int planes_of_slab = 4;
+
+// Faces begin .. end - 1. A thread writes its slab's line of the cache alone.
+struct alignas(64) Slab {
+  std::int32_t begin, end;
+  std::vector<std::int32_t> free;                // faces that wait for nothing
+  std::vector<std::int32_t> below[2], above[2];  // [round % 2]: faces of the slabs beside that wait for one less
+
+  bool has_sent(int parity) const { return !below[parity].empty() || !above[parity].empty(); }
+};
+
+std::vector<Slab> make_slabs(const Field<Real>& velocity) {
+  std::vector<Slab> slabs;
+  for (int z = 0; z < velocity.nz; z += planes_of_slab) {
+    const auto at = [&](int z) { return static_cast<std::int32_t>(velocity.index(0, 0, std::min(z, velocity.nz))); };
+    slabs.push_back({.begin = at(z), .end = at(z + planes_of_slab), .free = {}, .below = {}, .above = {}});
+  }
+  return slabs;
+}
 
 // Finds the faces of a line that are sought, and sets the velocity of those too far away to 0.
 void find_sought(const Beside<Real>& line, int count, Real distance, Real* velocity, std::uint16_t* sought) {
@@ -178,28 +200,31 @@ void complete(const Band& band, const std::int32_t (&step)[6], const std::int32_
         band, step, face, there, [&](auto* p, int away, maskv mask) { return gather(p, at + away, mask); }, velocity);
 }
 
-// Takes one off the number of faces that a face waits for; returns whether that was the last. Each thread releases what
-// it wrote, and the thread that takes the last acquires what all of them wrote.
-bool take_one_off(std::int32_t& links) {
-  const std::atomic_ref waits(links);
-  // A thread that finds a count of 1 is the last: no other will touch the count, and it need not be written.
-  return waits.load(std::memory_order_acquire) >> waits_bit == 1 ||
-         waits.fetch_sub(1 << waits_bit, std::memory_order_acq_rel) >> waits_bit == 1;
+// Takes one off the number of faces that a face of the slab waits for.
+void take_one_off(const Band& band, std::int32_t face, Slab& slab) {
+  std::int32_t& links = band.links[face];
+  links -= 1 << waits_bit;
+  if (links < 1 << waits_bit) slab.free.push_back(face);
 }
 
-// Works on a stack of faces that wait for nothing, and on those that then wait for nothing.
-void visit(const Band& band, const std::int32_t (&step)[6], std::vector<std::int32_t>& stack, Field<Real>& velocity) {
-  while (!stack.empty()) {
+// Works on a slab's faces that wait for nothing, and on those that then wait for nothing.
+void visit(const Band& band, const std::int32_t (&step)[6], int parity, Slab& slab, Field<Real>& velocity) {
+  while (!slab.free.empty()) {
     std::int32_t face[lanes];
-    const int count = static_cast<int>(std::min<std::size_t>(stack.size(), lanes));
-    std::copy_n(stack.end() - count, count, face);
-    stack.resize(stack.size() - count);
+    const int count = static_cast<int>(std::min<std::size_t>(slab.free.size(), lanes));
+    std::copy_n(slab.free.end() - count, count, face);
+    slab.free.resize(slab.free.size() - count);
     complete(band, step, face, count, velocity);
     for (int k = 0; k < count; ++k) {
       const std::uint32_t farther = static_cast<std::uint32_t>(band.links[face[k]]) >> farther_bit & 0x3f;
       for (std::uint32_t rest = farther; rest != 0; rest &= rest - 1) {
         const std::int32_t other = face[k] + step[std::countr_zero(rest)];
-        if (take_one_off(band.links[other])) stack.push_back(other);
+        if (other < slab.begin)
+          slab.below[parity].push_back(other);
+        else if (other >= slab.end)
+          slab.above[parity].push_back(other);
+        else
+          take_one_off(band, other, slab);
       }
     }
   }
@@ -221,33 +246,50 @@ void find_sought(const Fluid<Real>& fluid, const Lines<Real>& lines, Real distan
 }
 
 void continue_component(const Fluid<Real>& fluid, const Lines<Real>& lines, int axis, const Sought& sought,
-                        Field<Real>& velocity, Band band) {
-  const int planes = velocity.nz, along_y = velocity.pitch, along_z = velocity.pitch * velocity.ny;
+                        const Band& band, Field<Real>& velocity) {
+  const int along_y = velocity.pitch, along_z = velocity.pitch * velocity.ny;
   const std::int32_t step[] = {-1, 1, -along_y, along_y, -along_z, along_z};
   const std::vector<Real> nothing(velocity.pitch, far<Real>);
-  band.free.resize(planes);
+  std::vector<Slab> slabs = make_slabs(velocity);
+  const int count = static_cast<int>(slabs.size());
   Failure failure;
 #pragma omp parallel
   {
     // A line writes its own distances.
 #pragma omp for collapse(2) schedule(static)
-    for (int z = 0; z < planes; ++z)
+    for (int z = 0; z < velocity.nz; ++z)
       for (int y = 0; y < velocity.ny; ++y)
         find_distances(beside(fluid, lines, axis, y, z), velocity.nx, Words(sought, y, z),
                        band.distance + velocity.index(0, y, z));
-        // A plane writes its own links and list, and reads distances, which are done.
+        // A slab writes its own links and list, and reads distances, which are done.
 #pragma omp for schedule(static)
-    for (int z = 0; z < planes; ++z)
+    for (int s = 0; s < count; ++s)
       failure.guard([&] {
-        for (int y = 0; y < velocity.ny; ++y)
-          link(Words(sought, y, z), velocity, y, z, nothing.data(), band,
-               [&](int x) { band.free[z].push_back(static_cast<std::int32_t>(velocity.index(x, y, z))); });
+        for (int z = planes_of_slab * s; z < std::min(planes_of_slab * (s + 1), velocity.nz); ++z)
+          for (int y = 0; y < velocity.ny; ++y)
+            link(Words(sought, y, z), velocity, y, z, nothing.data(), band,
+                 [&](int x) { slabs[s].free.push_back(static_cast<std::int32_t>(velocity.index(x, y, z))); });
       });
-      // A face is worked on by one thread, after all faces that it reads: by the one with its plane's list or, by an
-      // atomic count, by the one that completed the last of those. Planes differ in work, hence dynamic.
+    bool is_done = false;
+    for (int round = 0; !is_done; ++round) {
+      const int now = round % 2, before = 1 - now;
+      // A slab writes its own faces, links and lists of now. It reads faces of others that were complete before, and
+      // their lists of before. Slabs differ in work, hence dynamic.
 #pragma omp for schedule(dynamic)
-    for (int z = 0; z < planes; ++z)
-      if (!failure.happened()) failure.guard([&] { visit(band, step, band.free[z], velocity); });
+      for (int s = 0; s < count; ++s)
+        failure.guard([&] {
+          Slab& slab = slabs[s];
+          slab.below[now].clear(), slab.above[now].clear();
+          if (failure.happened()) return;
+          if (s > 0)
+            for (const std::int32_t face : slabs[s - 1].above[before]) take_one_off(band, face, slab);
+          if (s + 1 < count)
+            for (const std::int32_t face : slabs[s + 1].below[before]) take_one_off(band, face, slab);
+          visit(band, step, now, slab, velocity);
+        });
+      // The next round writes no list that is read here. The answer is the same for all threads.
+      is_done = std::ranges::none_of(slabs, [&](const Slab& slab) { return slab.has_sent(now); });
+    }
   }
   failure.rethrow();
 }
@@ -261,8 +303,8 @@ void extrapolate(const Fluid<Real>& fluid, Real distance, Faces<Real>& faces) {
   find_sought(fluid, lines, distance, component, sought);
   const std::size_t size = std::max({faces.u.value.size(), faces.v.value.size(), faces.w.value.size()});
   const LargePages distances(size), links(size);
-  const Band band = {distances.floats(), reinterpret_cast<std::int32_t*>(links.floats()), {}};
-  for (int axis = 0; axis < 3; ++axis) continue_component(fluid, lines, axis, sought[axis], *component[axis], band);
+  const Band band = {distances.floats(), reinterpret_cast<std::int32_t*>(links.floats())};
+  for (int axis = 0; axis < 3; ++axis) continue_component(fluid, lines, axis, sought[axis], band, *component[axis]);
 }
 
 }  // namespace lockstep::production_fluid::openmp
