@@ -104,7 +104,7 @@ bench: build/lockstep  ## time every kernel (KERNEL= FORM= SCENE= THREADS=all SH
 tables:  ## write the times of the last whole make bench into the notes
 	$(PYTHON) -B notes/tables.py build/bench.json notes
 
-figures: build/lockstep  ## redraw the papers' figures into build/figures/ (QUICK=1: rough, THREADS=all, RESUME=1: go on, FIGURE=scalability: one, FULL=1: on the largest scenes, SHARD=1/2: measure a share, draw nothing)
+figures: build/lockstep  ## redraw the papers' figures into build/figures/ (QUICK=1: rough, THREADS=all, RESUME=1: go on, FIGURE=scalability: one, FULL=1 FIGURE=production_modules: on its largest scene, SHARD=1/2: measure a share, draw nothing)
 	$(PYTHON) notes/figures/measure.py build/lockstep $(drawn) $(if $(FIGURE),--figure '$(FIGURE)') \
 	  $(if $(THREADS),--threads $(THREADS)) $(quick) $(if $(FULL),--full) $(resume) $(shard)
 	@test ! -f build/peers.json || cp build/peers.json $(drawn)

@@ -6,11 +6,11 @@
 // neighbour, and where that was the last, it is that neighbour's turn. A face gets the same bits whenever its turn
 // comes (the contract says why).
 //
-// A slab of planes is one thread's, which follows chains of faces as long as they stay there. What it has done for a
-// neighbour in a slab beside, it writes to a list, which that slab's thread reads in the next round, behind a barrier.
-// So counts need no atomics. There are as many rounds as the longest chain goes from slab to slab: few, where levels of
-// faces with a barrier behind each would be as many as a chain has faces. On a surface that slopes a little, that is as
-// long as the box.
+// In a round, one thread works on a slab of planes, and follows chains of faces as long as they stay there. It lists
+// the farther neighbours in the slabs beside. The threads that have those slabs in the next round read the lists,
+// behind a barrier. So a count is written by one thread at a time, without atomic operations. There is a round for each
+// time that the longest chain crosses from slab to slab. Levels of faces would need a barrier for each face of that
+// chain, and on a surface that slopes a little the chain is as long as the box.
 //
 // A slab has a stack of faces that wait for nothing; sixteen are taken at a time.
 //
@@ -88,7 +88,7 @@ struct Band {
 
 constexpr int planes_of_slab = 4;
 
-// Faces begin .. end - 1. A thread writes its slab's line of the cache alone.
+// Faces begin .. end - 1. Aligned, so that threads at work on slabs share no line of the cache.
 struct alignas(64) Slab {
   std::int32_t begin, end;
   std::vector<std::int32_t> free;                // faces that wait for nothing
