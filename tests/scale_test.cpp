@@ -100,7 +100,7 @@ TEST(scale, serial_parts_and_what_forks_barriers_and_chunks_cost) {
   EXPECT_EQ(modelled(1, work, costs), 1500 + 20 + 7 + 3);
   EXPECT_EQ(modelled(2, work, costs), 1500 + 20 + 100 + 20);
   EXPECT_EQ(modelled(16, work, costs), 1500 + 20 + 4 * 100 + 4 * 20);
-  const Replayed r = replay(record(16, work, test_clock, 0, Locks::noted), costs, 0);
+  const Replayed r = replay(record(16, work, test_clock, 0, Waits::noted), costs, 0);
   EXPECT_EQ(r.work + r.serial + r.together + r.locks + r.dispatch + r.waiting, 16 * r.total);
 
   // One fetch at a time: eight threads fetch their first chunks one after another, and each fetches once more and gets
@@ -167,7 +167,7 @@ TEST(scale, what_is_computed_is_what_that_many_threads_compute) {
 #pragma omp parallel for schedule(static) reduction(+ : sum)
         for (int i = 0; i < 100; ++i) by[i] = omp_get_thread_num(), sum += i;
       },
-      test_clock, 0, Locks::noted);
+      test_clock, 0, Waits::noted);
   EXPECT_EQ(threads, 64);
   EXPECT_EQ(sum, 4950);
   EXPECT_EQ(by.front(), 0);
@@ -191,7 +191,7 @@ TEST(scale, each_stretch_takes_the_least_of_its_times) {
     Records records;
     for (const int thread : disturbances) {
       disturbed = thread;
-      records.add(record(8, work, test_clock, 0, Locks::noted));
+      records.add(record(8, work, test_clock, 0, Waits::noted));
     }
     return replay(records.least(), free_of_charge, 0);
   };
@@ -213,7 +213,7 @@ TEST(scale, no_work_is_lost_that_another_thread_does) {
     spend(omp_get_thread_num() == busy ? 80 : 10);
   };
   Records records;
-  for (busy = 0; busy < 8; ++busy) records.add(record(8, work, test_clock, 0, Locks::noted));
+  for (busy = 0; busy < 8; ++busy) records.add(record(8, work, test_clock, 0, Waits::noted));
   EXPECT_DOUBLE_EQ(replay(records.least(), free_of_charge, 0).work, 80 + 7 * 10);
   // Where another thread executes a single, stretches are not compared.
   bool is_first_late = false;
@@ -229,7 +229,7 @@ TEST(scale, no_work_is_lost_that_another_thread_does) {
   Records singles;
   for (const bool is_late : {false, true}) {
     is_first_late = is_late;
-    singles.add(record(2, single, test_clock, 0, Locks::noted));
+    singles.add(record(2, single, test_clock, 0, Waits::noted));
   }
   EXPECT_DOUBLE_EQ(replay(singles.least(), free_of_charge, 0).total, 90);
 }

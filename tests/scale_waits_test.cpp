@@ -48,11 +48,11 @@ TEST(scale, a_record_that_notes_locks_is_fitted_to_one_that_does_not) {
       omp_unset_lock(&lock);
     }
   };
-  Record noted = record(16, work, test_clock, 0, Locks::noted);
-  EXPECT_TRUE(has_locks(noted));
+  Record noted = record(16, work, test_clock, 0, Waits::noted);
+  EXPECT_TRUE(has_waits(noted));
   under_lock = 20, beside = 10;
-  const Record whole = record(16, work, test_clock, 0, Locks::left_out);
-  EXPECT_FALSE(has_locks(whole));
+  const Record whole = record(16, work, test_clock, 0, Waits::left_out);
+  EXPECT_FALSE(has_waits(whole));
   fit(noted, whole);
   EXPECT_DOUBLE_EQ(replay(noted, free_of_charge, 0).total, 100 + 10 + 64 * 20);
   omp_destroy_lock(&lock);
@@ -71,9 +71,9 @@ TEST(scale, each_member_is_fitted_to_its_own_work) {
       omp_unset_lock(&lock);
     }
   };
-  Record noted = record(16, work, test_clock, 0, Locks::noted);
+  Record noted = record(16, work, test_clock, 0, Waits::noted);
   of_the_first = 10;
-  fit(noted, record(16, work, test_clock, 0, Locks::left_out));
+  fit(noted, record(16, work, test_clock, 0, Waits::left_out));
   EXPECT_DOUBLE_EQ(replay(noted, free_of_charge, 0).total, 10);
   omp_destroy_lock(&lock);
 }
@@ -165,7 +165,7 @@ TEST(scale, chain_of_flags) {
     }
   };
   Costs costs;
-  costs.flag = 7;
+  costs.flag = {.seen = 7, .read = 2};
   for (const int cores : {1, 2, 16, 64}) {
     EXPECT_EQ(modelled(cores, work), 100 * cores) << cores;
     EXPECT_EQ(modelled(cores, work, costs), 100 * cores + 7 * (cores - 1)) << cores;
@@ -190,14 +190,15 @@ TEST(scale, pipeline_of_slabs) {
     }
   };
   Costs costs;
-  costs.flag = 3;
+  costs.flag = {.seen = 3, .read = 1};
   for (const int cores : {1, 2, 16, 64}) EXPECT_EQ(modelled(cores, work), 10 * (windows + cores - 1)) << cores;
   EXPECT_EQ(modelled(1, work, costs), 120);
-  EXPECT_EQ(modelled(2, work, costs), 10 + 12 * 13);  // the second sees what is long there at the same cost
-  EXPECT_EQ(modelled(64, work, costs), 10 + 62 * 13 + 12 * 13);
+  // The first window is seen 3 late. The others were posted before, and each thread falls behind by another 1 a window.
+  EXPECT_EQ(modelled(2, work, costs), 10 + 13 + 11 * 11);
+  EXPECT_EQ(modelled(64, work, costs), 10 + 62 * 13 + 13 + 11 * 11);
   first = 25;
   EXPECT_EQ(modelled(64, work, costs), 12 * 25 + 63 * 13);
-  const Replayed r = replay(record(64, work, test_clock, 0, Locks::noted), costs, 0);
+  const Replayed r = replay(record(64, work, test_clock, 0, Waits::noted), costs, 0);
   EXPECT_EQ(r.work + r.serial + r.together + r.locks + r.dispatch + r.waiting, 64 * r.total);
 }
 

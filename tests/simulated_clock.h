@@ -18,7 +18,7 @@ inline const Costs free_of_charge = {};
 // The time that the model gives to the work, ns.
 inline double modelled(int cores, const std::function<void()>& work, const Costs& costs = free_of_charge,
                        double bytes = 0) {
-  return replay(record(cores, work, test_clock, 0, Locks::noted), costs, bytes).total;
+  return replay(record(cores, work, test_clock, 0, Waits::noted), costs, bytes).total;
 }
 
 }  // namespace lockstep::verify

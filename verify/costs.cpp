@@ -208,7 +208,7 @@ double lock_moved_ns() {
 }
 
 // From a thread's post until the other has seen it: two threads answer each other.
-double flag_ns() {
+double flag_seen_ns() {
   constexpr int n = 2000;
   return median(repeats, [&] {
     Flag flags[2];
@@ -229,6 +229,41 @@ double flag_ns() {
     }
     return ns / (2 * n);
   });
+}
+
+// To await a flag that another thread posted before, in a loop that awaits many of them and adds to a cache line for
+// each, beyond a loop that only adds.
+double flag_read_ns() {
+  constexpr int n = 128, jump = 37;  // as for locks
+  std::vector<Flag> flags(n);
+  Array<float> lines(n * lanes, 0.f);
+  int value = 0;
+  const auto add_to_all = [&](bool awaits) {
+    const double start = clock_ns();
+    for (int i = 0; i < n; ++i) {
+      const int at = i * jump % n;
+      if (awaits) await(flags[at], value);
+      store(&lines[at * lanes], load(&lines[at * lanes]) + floatv(1.f));
+    }
+    return (clock_ns() - start) / n;
+  };
+  const double beyond = median(repeats, [&] {
+    double ns = 0;
+    ++value;
+    // Thread 0 posts; behind the barrier thread 1 works on its own lines.
+#pragma omp parallel num_threads(2)
+    {
+      if (omp_get_thread_num() == 0)
+        for (Flag& flag : flags) post(flag, value);
+#pragma omp barrier
+      if (omp_get_thread_num() == 1) {
+        const double only_adds = add_to_all(false);
+        ns = add_to_all(true) - only_adds;
+      }
+    }
+    return ns;
+  });
+  return std::max(0., beyond);
 }
 
 double dispatch_ns(int threads) {
@@ -290,7 +325,7 @@ Costs measure_costs() {
     }
     costs.lock_moved = lock_moved_ns();
     costs.dispatch.moved = dispatch_ns(threads);
-    if (threads == 2) costs.flag = flag_ns();
+    if (threads == 2) costs.flag = {flag_seen_ns(), flag_read_ns()};
   });
   omp_set_num_threads(threads_before);
   for (int t = 1; t <= omp_get_num_procs(); t *= 2)

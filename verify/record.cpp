@@ -12,8 +12,8 @@
 
 namespace lockstep::verify {
 
-Record record(int cores, const std::function<void()>& work, double (*clock)(), double clock_ns, Locks locks) {
-  Recorder mine(cores, clock, clock_ns);
+Record record(int cores, const std::function<void()>& work, double (*clock)(), double clock_ns, Waits waits) {
+  Recorder mine(cores, clock, clock_ns, waits);
   std::atomic<bool> all_done = false;
   Record made;
   // One thread makes the record, the others serve it as hosts. `recorder` is set after the barrier, when no thread
@@ -24,7 +24,7 @@ Record record(int cores, const std::function<void()>& work, double (*clock)(), d
 #pragma omp barrier
     if (thread == 0) {
       recorder = &mine;
-      recorder_of_locks = locks == Locks::noted ? &mine : nullptr;
+      recorder_of_locks = waits == Waits::noted ? &mine : nullptr;
       made = mine.make(work);
       recorder = recorder_of_locks = nullptr;
       all_done.store(true, std::memory_order_release);
@@ -35,12 +35,11 @@ Record record(int cores, const std::function<void()>& work, double (*clock)(), d
   return made;
 }
 
-bool has_locks(const Record& record) {
+bool has_waits(const Record& record) {
+  const auto is_wait = [](const Event& event) { return event.kind == Event::lock || event.kind == Event::await; };
   bool found = false;
   for (const Region& region : record.regions)
-    for_each_list(region, [&](const Events& events) {
-      found = found || std::ranges::find(events, Event::lock, &Event::kind) != events.end();
-    });
+    for_each_list(region, [&](const Events& events) { found = found || std::ranges::any_of(events, is_wait); });
   return found;
 }
 

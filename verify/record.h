@@ -50,16 +50,17 @@ struct Record {
 
 // Runs `work` once. `clock` gives the time in ns. `clock_ns` is the cost of reading it, which is subtracted from every
 // stretch of work. `work` sees `cores` as omp_get_max_threads(). Nested regions have one thread, as by default in
-// OpenMP. Not thread-safe. Locks are always taken, without contention; the cost of that counts as work.
-enum class Locks { noted, left_out };
-Record record(int cores, const std::function<void()>& work, double (*clock)(), double clock_ns, Locks locks);
+// OpenMP. Not thread-safe. Locks are always taken, without contention; the cost of that counts as work. Flags are
+// always posted, and a member that awaits one goes on when it is there.
+enum class Waits { noted, left_out };  // for locks and for flags
+Record record(int cores, const std::function<void()>& work, double (*clock)(), double clock_ns, Waits waits);
 
-bool has_locks(const Record& record);
+bool has_waits(const Record& record);
 
 // Scales what each thread and each chunk of `noted` works to what it works in `whole`, a record of the same work with
-// Locks::left_out. Reading the clock at each of a million locks takes time that cannot be separated from the kernel's
-// own, because the processor overlaps the two. So `noted` says how the work is spread over the locks, and `whole` says
-// how much work there is.
+// Waits::left_out. Reading the clock at each of a million locks takes time that cannot be separated from the kernel's
+// own, because the processor overlaps the two; and at a flag, a member gives its turn away and goes on with an empty
+// pipeline. So `noted` says how the work is spread over locks and flags, and `whole` says how much work there is.
 void fit(Record& noted, const Record& whole);
 
 // Several records of the same work. Other work on the machine only adds time, here to one stretch and there to another;

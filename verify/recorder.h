@@ -109,8 +109,12 @@ class Host {
 
 class Recorder {
  public:
-  Recorder(int cores, double (*clock)(), double clock_ns)
-      : clock_(clock), clock_ns_(clock_ns), members_(team(cores)), hosts_(std::min(cores, omp_get_num_procs())) {
+  Recorder(int cores, double (*clock)(), double clock_ns, Waits waits)
+      : clock_(clock),
+        clock_ns_(clock_ns),
+        waits_(waits),
+        members_(team(cores)),
+        hosts_(std::min(cores, omp_get_num_procs())) {
     record_.cores = cores;
   }
 
@@ -211,21 +215,26 @@ class Recorder {
   void post(Flag* flag, int value) {
     __real_lockstep_post(flag, value);
     if (alone()) return;
-    end_work();
-    add({Event::post, 0, flag, value});
+    if (waits_ == Waits::noted) {
+      end_work();
+      add({Event::post, 0, flag, value});
+    }
     for (const auto& m : members_)
       if (m->state == Member::awaiting && m->flag == flag && m->value <= value)
         m->state = Member::ready, m->worked = std::max(m->worked, members_[running_]->worked);
-    resumed_ = clock_();
+    if (waits_ == Waits::noted) resumed_ = clock_();
   }
-  // Gives the turn away in any case: members that have worked less may post first what this one then finds.
+  // If it is noted, gives the turn away in any case: members that have worked less may post first what this one then
+  // finds.
   void await(const Flag* flag, int value) {
     if (alone()) return;
+    const bool is_there = flag->value.load(std::memory_order_acquire) >= value;
+    if (is_there && waits_ == Waits::left_out) return;
     end_work();
-    add({Event::await, 0, flag, value});
+    if (waits_ == Waits::noted) add({Event::await, 0, flag, value});
     Member& m = *members_[running_];
     m.flag = flag, m.value = value;
-    yield(flag->value.load(std::memory_order_acquire) < value ? Member::awaiting : Member::ready);
+    yield(is_there ? Member::ready : Member::awaiting);
   }
 
   void set(omp_lock_t* lock) {
@@ -303,6 +312,7 @@ class Recorder {
 
   double (*clock_)();
   double clock_ns_, resumed_;
+  Waits waits_;
   Record record_;
   std::span<const std::unique_ptr<Member>> members_;
   std::vector<SharedWork> shared_;

@@ -14,8 +14,11 @@ struct Lock {
 };
 
 struct Flag {
-  int value = 0;
-  std::vector<std::pair<int, int>> waiting;  // the value, and the core that waits for it
+  std::vector<std::pair<int, double>> posts;  // the value, and when it was posted; both rise
+  std::vector<std::pair<int, int>> waiting;   // the value, and the core that waits for it
+
+  // The first post of the value or of a greater one.
+  auto post_of(int value) const { return std::ranges::lower_bound(posts, value, {}, &std::pair<int, double>::first); }
 };
 
 struct Loop {
@@ -80,9 +83,9 @@ double replay_region(const Region& region, const Costs& costs, std::vector<doubl
     turns.push({me.now, c});
   };
 
-  // Core c has what it waited for from `time` on, and sees it a cache line's way later.
+  // Core c awaits what was posted at `time`.
   const auto see = [&](int c, double time) {
-    const double seen = std::max(core[c].now, time) + costs.flag;
+    const double seen = std::max(core[c].now + costs.flag.read, time + costs.flag.seen);
     spent.waiting += seen - core[c].now;
     core[c].now = seen;
     turns.push({seen, c});
@@ -131,8 +134,8 @@ double replay_region(const Region& region, const Costs& costs, std::vector<doubl
       case Event::single: turns.push({me.now, c}); break;
       case Event::post: {
         Flag& f = flag[event.what];
-        f.value = event.value;
-        const auto has_come = [&](const auto& waiting) { return waiting.first <= f.value; };
+        f.posts.push_back({event.value, me.now});
+        const auto has_come = [&](const auto& waiting) { return waiting.first <= event.value; };
         for (const auto& waiting : f.waiting)
           if (has_come(waiting)) see(waiting.second, me.now);
         std::erase_if(f.waiting, has_come);
@@ -141,8 +144,8 @@ double replay_region(const Region& region, const Costs& costs, std::vector<doubl
       }
       case Event::await: {
         Flag& f = flag[event.what];
-        if (f.value >= event.value)
-          see(c, me.now);
+        if (const auto post = f.post_of(event.value); post != f.posts.end())
+          see(c, post->second);
         else
           f.waiting.push_back({event.value, c});
         break;

@@ -43,12 +43,18 @@ struct Waking {
   }
 };
 
+// What a flag costs the core that awaits it.
+struct Awaiting {
+  double seen = 0;  // from the post until that core sees it
+  double read = 0;  // to read one that was posted before
+};
+
 struct Costs {
   Together fork_join, barrier;
   Waking waking;
-  double lock_moved = 0;    // extra cost of a lock that another core held last; the rest is in the record
-  OneAtATime dispatch;      // to fetch a chunk of a loop
-  double flag = 0;          // until a core sees what another has posted
+  double lock_moved = 0;  // extra cost of a lock that another core held last; the rest is in the record
+  OneAtATime dispatch;    // to fetch a chunk of a loop
+  Awaiting flag;
   double bytes_per_ns = 0;  // memory bandwidth of all cores together; no bound if 0
 };
 

@@ -52,7 +52,7 @@ Model less_disturbed(const Model& a, const Model& b) {
                       less_late(x.waking.asleep, y.waking.asleep)},
            .lock_moved = std::min(x.lock_moved, y.lock_moved),
            .dispatch = {std::min(x.dispatch.again, y.dispatch.again), std::min(x.dispatch.moved, y.dispatch.moved)},
-           .flag = std::min(x.flag, y.flag),
+           .flag = {std::min(x.flag.seen, y.flag.seen), std::min(x.flag.read, y.flag.read)},
            .bytes_per_ns = std::max(x.bytes_per_ns, y.bytes_per_ns)},
           a.last_level_cache_bytes,
           std::min(a.clock_cost_ns, b.clock_cost_ns),
@@ -73,7 +73,8 @@ nlohmann::ordered_json describe(const Model& model) {
           {"lock_moved_ns", costs.lock_moved},
           {"dispatch_ns", costs.dispatch.again},
           {"dispatch_moved_ns", costs.dispatch.moved},
-          {"flag_ns", costs.flag},
+          {"flag_ns", costs.flag.seen},
+          {"flag_read_ns", costs.flag.read},
           {"memory_gb_per_s", costs.bytes_per_ns},
           {"last_level_cache_bytes", model.last_level_cache_bytes},
           {"clock_ns", model.clock_cost_ns}};
@@ -131,12 +132,12 @@ double bytes_of(const Repeatable& what, const Model& model) {
 }  // namespace
 
 Record record_once(const Repeatable& what, int cores, const Model& model) {
-  const auto record_with = [&](Locks locks) {
+  const auto record_with = [&](Waits waits) {
     what.reset();
-    return record(cores, what.work, clock_ns, model.clock_cost_ns, locks);
+    return record(cores, what.work, clock_ns, model.clock_cost_ns, waits);
   };
-  Record made = record_with(Locks::noted);
-  if (has_locks(made)) fit(made, record_with(Locks::left_out));
+  Record made = record_with(Waits::noted);
+  if (has_waits(made)) fit(made, record_with(Waits::left_out));
   return made;
 }
 
