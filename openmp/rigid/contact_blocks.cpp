@@ -15,7 +15,7 @@
 namespace lockstep::rigid::openmp {
 namespace {
 
-using lockstep::openmp::CountingSort, lockstep::openmp::my_share;
+using lockstep::openmp::my_share;
 using spatial::Box, spatial::around, spatial::openmp::grow, spatial::openmp::Keyed;
 
 static_assert(group_size == lanes);
@@ -117,7 +117,7 @@ void contact_blocks(std::span<const Manifold<Real>> manifolds, std::span<const s
   &other = spatial::openmp::workspace().radix_sort.other;
   grow(keyed, contacts), grow(other, contacts);
   memory.bounds.assign(omp_get_max_threads(), spatial::empty_box<Real>);
-  CountingSort sort(spatial::openmp::digits);
+  spatial::openmp::RadixSort sort;
   // So that nothing is allocated within the region.
   blocks.order.resize(contacts);
   blocks.groups.reserve(contacts + 1);
@@ -146,7 +146,7 @@ void contact_blocks(std::span<const Manifold<Real>> manifolds, std::span<const s
         const std::int32_t contact = memory.left[k];
         from[k] = {static_cast<std::uint32_t>(code_of(memory.ends[contact], memory.code.data())), contact};
       }
-      sort_by_digits(sort, mine, spatial::morton_bits, from, to);
+      sort(n, spatial::morton_bits, from, to);
 
       const int count = blocks_of_round(round, n);
 #pragma omp for schedule(static)
