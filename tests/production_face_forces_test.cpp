@@ -11,6 +11,7 @@
 #include <limits>
 #include <numeric>
 
+#include "openmp/production_face/corner_parts.h"
 #include "tests/production_face_bodies.h"
 #include "tests/production_face_matrices.h"
 
@@ -205,7 +206,7 @@ TEST(ProductionFaceForces, LanesHaveTheSerialBitsAtEverySizeAndThreadCount) {
       for (const int threads : {1, 2, 3, 8}) {
         omp_set_num_threads(threads);
         const Waves waves = make_waves(scene.body, blocks);
-        Array<float> parts = make_parts(waves), force(expected.size(), NAN), by_locks(expected.size(), NAN);
+        Array<float> parts = make_parts(scene.body), force(expected.size(), NAN), by_locks(expected.size(), NAN);
         std::ranges::fill(parts, NAN);
         openmp::forces(scene.body, s, waves, parts, force);
         EXPECT_EQ(std::memcmp(force.data(), expected.data(), 4 * force.size()), 0) << count << ' ' << threads;
@@ -225,29 +226,51 @@ TEST(ProductionFaceForces, LanesHaveTheSerialBitsAtEverySizeAndThreadCount) {
   omp_set_num_threads(1);
 }
 
-TEST(ProductionFaceForces, WavesHoldAllPartsUntilTheyAreAddedUp) {
-  for (const int blocks : {1, 3, 100}) {
-    const Body<float> body = scene_of("bar_shaken").body;
-    const Waves waves = make_waves(body, blocks);
-    ASSERT_EQ(waves.count(), (body.blocks() + blocks - 1) / blocks);
-    ASSERT_EQ(waves.first[waves.count()], body.nodes);
-    std::vector<int> seen(body.nodes, 0), holds(4 * lanes * waves.room, -1);
-    for (int wave = 0; wave < waves.count(); ++wave) {
-      for (int t = wave * blocks * lanes; t < std::min((wave + 1) * blocks * lanes, body.tetrahedra); ++t)
-        for (int a = 0; a < 4; ++a) holds[4 * (t % (lanes * waves.room)) + a] = 4 * t + a;
-      for (int place = waves.first[wave]; place < waves.first[wave + 1]; ++place) {
-        const int node = waves.node[place];
+TEST(ProductionFaceForces, RunsHoldAllPartsUntilTheyAreAddedUp) {
+  const Body<float> body = scene_of("bar_shaken").body;
+  const int parts_of_block = openmp::parts_of_block;
+  for (const int blocks : {1, 3, 100})
+    for (const int threads : {1, 2, 5, 64}) {
+      const Waves waves = make_waves(body, blocks);
+      ASSERT_EQ(waves.first.back(), body.nodes);
+      std::vector<int> holds(parts_of_block * body.blocks(), -1), seen(body.nodes, 0);
+      const auto add_up = [&](int at, const auto& place_of) {
+        const int node = waves.node[at];
         ++seen[node];
-        ASSERT_EQ(waves.first_part[place + 1] - waves.first_part[place], tetrahedra_at(body, node));
-        for (int k = 0; k < tetrahedra_at(body, node); ++k)
-          ASSERT_EQ(holds[waves.part[waves.first_part[place] + k]], body.corner_at_node[body.first_corner[node] + k]);
+        ASSERT_EQ(waves.first_part[at + 1] - waves.first_part[at], tetrahedra_at(body, node));
+        for (int k = 0; k < tetrahedra_at(body, node); ++k) {
+          const int part = body.corner_at_node[body.first_corner[node] + k];
+          ASSERT_EQ(waves.part[waves.first_part[at] + k], part);
+          ASSERT_EQ(holds[place_of(part)], part) << blocks << ' ' << threads;
+        }
+      };
+      std::vector<int> at_borders;
+      for (int thread = 0; thread < threads; ++thread) {
+        const openmp::Run run = openmp::run_of(waves, body.blocks(), thread, threads);
+        const auto place_of = [&](int part) { return run.place_of(part); };
+        for (int begin = run.first; begin < run.last; begin += blocks) {
+          const int end = std::min(begin + blocks, run.last);
+          for (int part = parts_of_block * begin; part < parts_of_block * end; ++part) {
+            ASSERT_EQ(openmp::run_with(waves, body.blocks(), part, threads).first, run.first);
+            ASSERT_GE(place_of(part), parts_of_block * run.first);
+            ASSERT_LE(place_of(part), part);
+            holds[place_of(part)] = part;
+          }
+          for (int at = waves.first[begin]; at < waves.first[end]; ++at)
+            if (waves.part[waves.first_part[at]] >= parts_of_block * run.first)
+              add_up(at, place_of);
+            else
+              at_borders.push_back(at);
+        }
+      }
+      for (const int at : at_borders)
+        add_up(at, [&](int part) { return openmp::run_with(waves, body.blocks(), part, threads).place_of(part); });
+      EXPECT_EQ(std::ranges::count(seen, 1), body.nodes);
+      if (blocks == 1 && threads == 1) {
+        EXPECT_LT(std::ranges::count_if(holds, [](int part) { return part >= 0; }), std::ssize(holds))
+            << "room is used again";
       }
     }
-    EXPECT_EQ(std::ranges::count(seen, 1), body.nodes);
-    if (blocks == 1) {
-      EXPECT_LT(waves.room, body.blocks()) << "room is used again";
-    }
-  }
 }
 
 }  // namespace

@@ -206,7 +206,7 @@ TEST(ProductionFaceMultiply, LanesHaveTheSerialBitsAtEverySizeAndThreadCount) {
       for (const int threads : {1, 2, 3, 8}) {
         omp_set_num_threads(threads);
         const Waves waves = make_waves(scene.body, blocks);
-        Array<float> parts = make_parts(waves), y(expected.size(), NAN);
+        Array<float> parts = make_parts(scene.body), y(expected.size(), NAN);
         std::ranges::fill(parts, NAN);
         openmp::multiply_matrix_free(scene.body, s, x, waves, parts, y);
         EXPECT_EQ(std::memcmp(y.data(), expected.data(), 4 * y.size()), 0) << count << ' ' << threads;

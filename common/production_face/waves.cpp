@@ -8,23 +8,19 @@ template <class Real>
 Waves make_waves(const Body<Real>& body, int blocks) {
   Waves waves;
   waves.blocks = blocks;
-  const int count = (body.blocks() + blocks - 1) / blocks;
-  const auto wave_of = [&](int corner) { return body.corner_at_node[corner] / 4 / lanes / blocks; };
-  const auto last_wave = [&](int node) { return wave_of(body.first_corner[node + 1] - 1); };
-  int most = 1;
-  waves.first.assign(count + 1, 0);
+  const auto block_of = [&](int corner) { return body.corner_at_node[corner] / 4 / lanes; };
+  const auto last_block = [&](int node) { return block_of(body.first_corner[node + 1] - 1); };
+  waves.first.assign(body.blocks() + 1, 0);
   for (int n = 0; n < body.nodes; ++n) {
-    ++waves.first[last_wave(n) + 1];
-    most = std::max(most, last_wave(n) - wave_of(body.first_corner[n]) + 1);
+    ++waves.first[last_block(n) + 1];
+    waves.span = std::max(waves.span, last_block(n) - block_of(body.first_corner[n]));
   }
-  waves.room = most * blocks;
-  for (int w = 0; w < count; ++w) waves.first[w + 1] += waves.first[w];
+  for (int b = 0; b < body.blocks(); ++b) waves.first[b + 1] += waves.first[b];
   Array<std::int32_t> next(waves.first.begin(), waves.first.end());
   waves.node.resize(body.nodes);
-  for (int n = 0; n < body.nodes; ++n) waves.node[next[last_wave(n)]++] = n;
+  for (int n = 0; n < body.nodes; ++n) waves.node[next[last_block(n)]++] = n;
   for (const int n : waves.node) {
-    for (int k = body.first_corner[n]; k < body.first_corner[n + 1]; ++k)
-      waves.part.push_back(body.corner_at_node[k] % (4 * lanes * waves.room));
+    for (int k = body.first_corner[n]; k < body.first_corner[n + 1]; ++k) waves.part.push_back(body.corner_at_node[k]);
     waves.first_part.push_back(static_cast<std::int32_t>(waves.part.size()));
   }
   return waves;

@@ -196,7 +196,7 @@ Memory make_memory(const Face<Real>& face) {
   const std::size_t n = 3 * static_cast<std::size_t>(face.body.nodes);
   Memory memory;
   memory.strained = make_strained(face.body), memory.k = linear::slice(make_block_rows<Real>(face.pattern));
-  memory.shares = make_shares(face.body), memory.parts = make_parts(face.waves);
+  memory.shares = make_shares(face.body), memory.parts = make_parts(face.body);
   for (Array<Real>* vector : {&memory.force, &memory.change, &memory.bones}) vector->resize(n);
   memory.before.resize(face.body.nodes);
   memory.multigrid = make_multigrid(face.coarsening, memory.k);

@@ -50,16 +50,15 @@ Case make(const std::string& path, bool locks) {
   const auto in = inputs(path);
   const auto state = strained(path);
   const auto in_waves = std::make_shared<const Waves>(waves(in->body));
-  State start = {Array<float>(3 * static_cast<std::size_t>(in->body.nodes)), make_parts(*in_waves)};
+  State start = {Array<float>(3 * static_cast<std::size_t>(in->body.nodes)), make_parts(in->body)};
   poison(start);
   start.parts.assign(start.parts.size(), std::numeric_limits<float>::quiet_NaN());
   const double n = in->body.tetrahedra;
   const auto expected = std::make_shared<const Sums>(locks ? sums(in->body, *state) : Sums{});
   const auto bounded = [expected](const State& openmp, const State& serial) {
     Judgement judgement{.verdict = Verdict::bounded, .worst_at = ""};
-    within_bound(judgement, openmp.force, serial.force, expected->exact, expected->rounding, [](std::size_t k) {
-      return "xyz"[k % 3] + (" of node " + std::to_string(k / 3));
-    });
+    within_bound(judgement, openmp.force, serial.force, expected->exact, expected->rounding,
+                 [](std::size_t k) { return "xyz"[k % 3] + (" of node " + std::to_string(k / 3)); });
     return judgement;
   };
   return make_case<State>({
@@ -75,6 +74,7 @@ Case make(const std::string& path, bool locks) {
           },
       .compare = locks ? bounded : std::function<Judgement(const State&, const State&)>(),
       .work = {n, "tetrahedra", 4 * (23 * n + 3. * in->body.nodes), 75 * n, n / in->body.padded_tetrahedra()},
+      .restore = [](State& now, const State& start) { now.force = start.force; },
   });
 }
 

@@ -75,7 +75,7 @@ std::shared_ptr<const Problem> problem(const std::string& path) {
 }
 
 production_face::Waves waves(const production_face::Body<float>& body) {
-  return make_waves(body, std::clamp(body.blocks() / 5, 1, 2048));
+  return make_waves(body, std::clamp(body.blocks() / 5, 1, 16));
 }
 
 Scenes body_scenes() {

@@ -61,8 +61,8 @@ std::shared_ptr<const Array<float>> vector_of(const Body<float>& body) {
   return std::make_shared<const Array<float>>(std::move(x));
 }
 
-std::shared_ptr<const State> start(const Body<float>& body, const Waves& waves) {
-  State state = {Array<float>(3 * static_cast<std::size_t>(body.nodes)), make_parts(waves)};
+std::shared_ptr<const State> start(const Body<float>& body, Array<float> parts = {}) {
+  State state = {Array<float>(3 * static_cast<std::size_t>(body.nodes)), std::move(parts)};
   poison(state);
   std::ranges::fill(state.parts, std::numeric_limits<float>::quiet_NaN());
   return std::make_shared<const State>(std::move(state));
@@ -77,12 +77,13 @@ Case make_matrix_free(const std::string& path) {
   const auto in_waves = std::make_shared<const Waves>(waves(in->body));
   const double n = in->body.tetrahedra;
   return make_case<State>({
-      .start = start(in->body, *in_waves),
+      .start = start(in->body, make_parts(in->body)),
       .serial = [=](State& s) { serial::multiply_matrix_free(in->body, *state, *x, s.y); },
       .best_serial = nullptr,
       .openmp = [=](State& s) { openmp::multiply_matrix_free(in->body, *state, *x, *in_waves, s.parts, s.y); },
       .compare = nullptr,
       .work = {n, "tetrahedra", 4 * (44 * n + 6. * in->body.nodes), 290 * n, n / in->body.padded_tetrahedra()},
+      .restore = [](State& now, const State& start) { now.y = start.y; },
   });
 }
 
@@ -98,7 +99,7 @@ Case make_block_rows(const std::string& path) {
   const auto k = matrices(path);
   const auto x = vector_of(in->body);
   return make_case<State>({
-      .start = start(in->body, {}),
+      .start = start(in->body),
       .serial = [=](State& s) { linear::serial::multiply(k->rows, *x, s.y); },
       .best_serial = nullptr,
       .openmp = [=](State& s) { linear::openmp::multiply(k->sliced, *x, s.y); },
@@ -128,7 +129,7 @@ Case make_edges_case(const std::string& path) {
   const auto x = vector_of(in->body);
   const auto rounding = std::make_shared<const std::vector<double>>(rounding_of(k->rows, *x));
   return make_case<State>({
-      .start = start(in->body, {}),
+      .start = start(in->body),
       .serial = [=](State& s) { serial::multiply_edges(k->edges, *x, s.y); },
       .best_serial = nullptr,
       .openmp = [=](State& s) { linear::openmp::multiply(k->sliced, *x, s.y); },
@@ -136,9 +137,8 @@ Case make_edges_case(const std::string& path) {
           [rounding](const State& openmp, const State& serial) {
             Judgement judgement{.verdict = Verdict::bounded, .worst_at = ""};
             const std::vector<double> by_edges(serial.y.begin(), serial.y.end());
-            within_bound(judgement, openmp.y, serial.y, by_edges, *rounding, [](std::size_t i) {
-              return "xyz"[i % 3] + (" of node " + std::to_string(i / 3));
-            });
+            within_bound(judgement, openmp.y, serial.y, by_edges, *rounding,
+                         [](std::size_t i) { return "xyz"[i % 3] + (" of node " + std::to_string(i / 3)); });
             return judgement;
           },
       .work = work_of(*k),
