@@ -1,9 +1,9 @@
 // In which order openmp lets tetrahedra store their parts and nodes add them up (parts.h).
 //
 // Each thread has a run of blocks of tetrahedra, one after another, and goes through it in waves of some blocks. Behind
-// a wave, those nodes add up whose last tetrahedron is in it. What a wave stores is read soon, while the caches hold it,
-// and its room is used again: as much room as a wave and the blocks before it take that its nodes read. Where nodes and
-// tetrahedra are numbered without regard to where they are, that is all of them.
+// a wave, those nodes add up whose last tetrahedron is in it. What a wave stores is read soon, while the caches hold
+// it, and its room is used again: as much room as a wave takes, and the blocks before it that its nodes read. Where
+// nodes and tetrahedra are numbered without regard to where they are, that is all of them.
 //
 // Made once from a body, by sequential code.
 #pragma once

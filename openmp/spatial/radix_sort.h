@@ -41,8 +41,8 @@ class RadixSort {
 
   static constexpr int passes(int bits) { return (bits + digit_bits - 1) / digit_bits; }
 
-  // Puts the n elements of `from` in the order of the lowest `bits` bits of their keys; equal ones keep their order. All
-  // threads of a team call it, with the same pointers; each has written its share of `from`. At its end, which is a
+  // Puts the n elements of `from` in the order of the lowest `bits` bits of their keys; equal ones keep their order.
+  // All threads of a team call it, with the same pointers; each has written its share of `from`. At its end, which is a
   // barrier, `from` is what is sorted, and `to` the other array: they are exchanged once a pass, and once more.
   void operator()(int n, int bits, Keyed*& from, Keyed*& to) {
     const lockstep::openmp::Share mine = lockstep::openmp::my_share(n);
