@@ -170,10 +170,12 @@ nlohmann::ordered_json scale_row(const Model& model, const Repeatable& what, int
   Records records;
   std::vector<Sample> samples;
   bool whole_teams = true;  // whether the measured runs had as many threads as `cores`
-  // The first run of a team finds in the caches what another team left there: it is often longer, and was a fifth
-  // shorter where arrays fill the last-level cache.
-  what.reset();
-  hold_team(std::min(cores, omp_get_num_procs()), what.work);
+  if (here) {
+    // The first run of a team finds in the caches what another team left there: it is often longer, and was a fifth
+    // shorter where arrays fill the last-level cache.
+    what.reset();
+    hold_team(cores, what.work);
+  }
   const double start_of_all = now(), enough = here ? effort.seconds_here : effort.seconds_beyond;
   const auto wants = [&](int repeat) {
     const double since = now() - start_of_all;
