@@ -198,8 +198,17 @@ TEST(scale, pipeline_of_slabs) {
   EXPECT_EQ(modelled(64, work, costs), 10 + 62 * 13 + 13 + 11 * 11);
   first = 25;
   EXPECT_EQ(modelled(64, work, costs), 12 * 25 + 63 * 13);
-  const Replayed r = replay(record(64, work, test_clock, 0, Waits::noted), costs, 0);
+  Record noted = record(64, work, test_clock, 0, Waits::noted);
+  const Replayed r = replay(noted, costs, 0);
   EXPECT_EQ(r.work + r.serial + r.together + r.locks + r.dispatch + r.waiting, 64 * r.total);
+  // A record without flags has the same work of each member, and says nothing of their order.
+  first = 10;
+  const Record whole = record(64, work, test_clock, 0, Waits::left_out);
+  EXPECT_TRUE(has_waits(noted));
+  EXPECT_FALSE(has_waits(whole));
+  EXPECT_EQ(replay(whole, costs, 0).total, 120);
+  fit(noted, whole);
+  EXPECT_NEAR(replay(noted, costs, 0).total, 10 + 62 * 13 + 13 + 11 * 11, 1e-9);
 }
 
 }  // namespace

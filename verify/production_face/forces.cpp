@@ -15,7 +15,7 @@ using namespace production_face;
 using namespace production_face_inputs;
 
 struct State {
-  Array<float> force, parts;
+  Array<float> force;
 };
 
 template <Same<State> S, class F>
@@ -50,9 +50,9 @@ Case make(const std::string& path, bool locks) {
   const auto in = inputs(path);
   const auto state = strained(path);
   const auto in_waves = std::make_shared<const Waves>(waves(in->body));
-  State start = {Array<float>(3 * static_cast<std::size_t>(in->body.nodes)), make_parts(in->body)};
+  const auto parts = poisoned_parts(in->body);
+  State start = {Array<float>(3 * static_cast<std::size_t>(in->body.nodes))};
   poison(start);
-  start.parts.assign(start.parts.size(), std::numeric_limits<float>::quiet_NaN());
   const double n = in->body.tetrahedra;
   const auto expected = std::make_shared<const Sums>(locks ? sums(in->body, *state) : Sums{});
   const auto bounded = [expected](const State& openmp, const State& serial) {
@@ -70,11 +70,10 @@ Case make(const std::string& path, bool locks) {
             if (locks)
               openmp::forces_locks(in->body, *state, s.force);
             else
-              openmp::forces(in->body, *state, *in_waves, s.parts, s.force);
+              openmp::forces(in->body, *state, *in_waves, *parts, s.force);
           },
-      .compare = locks ? bounded : std::function<Judgement(const State&, const State&)>(),
+      .compare = locks ? bounded : bitwise_and_poison<State>(parts),
       .work = {n, "tetrahedra", 4 * (23 * n + 3. * in->body.nodes), 75 * n, n / in->body.padded_tetrahedra()},
-      .restore = [](State& now, const State& start) { now.force = start.force; },
   });
 }
 

@@ -1,6 +1,7 @@
 #include "verify/production_face/inputs.h"
 
 #include <algorithm>
+#include <limits>
 #include <random>
 
 #include "common/production_face/assemble.h"
@@ -76,6 +77,12 @@ std::shared_ptr<const Problem> problem(const std::string& path) {
 
 production_face::Waves waves(const production_face::Body<float>& body) {
   return make_waves(body, std::clamp(body.blocks() / 5, 1, 16));
+}
+
+std::shared_ptr<Array<float>> poisoned_parts(const production_face::Body<float>& body) {
+  const auto parts = std::make_shared<Array<float>>(make_parts(body));
+  std::ranges::fill(*parts, std::numeric_limits<float>::quiet_NaN());
+  return parts;
 }
 
 Scenes body_scenes() {

@@ -35,7 +35,7 @@ using namespace production_face;
 using namespace production_face_inputs;
 
 struct State {
-  Array<float> y, parts;
+  Array<float> y;
 };
 
 template <Same<State> S, class F>
@@ -61,10 +61,9 @@ std::shared_ptr<const Array<float>> vector_of(const Body<float>& body) {
   return std::make_shared<const Array<float>>(std::move(x));
 }
 
-std::shared_ptr<const State> start(const Body<float>& body, Array<float> parts = {}) {
-  State state = {Array<float>(3 * static_cast<std::size_t>(body.nodes)), std::move(parts)};
+std::shared_ptr<const State> start(const Body<float>& body) {
+  State state = {Array<float>(3 * static_cast<std::size_t>(body.nodes))};
   poison(state);
-  std::ranges::fill(state.parts, std::numeric_limits<float>::quiet_NaN());
   return std::make_shared<const State>(std::move(state));
 }
 
@@ -75,15 +74,15 @@ Case make_matrix_free(const std::string& path) {
   const auto state = strained(path);
   const auto x = vector_of(in->body);
   const auto in_waves = std::make_shared<const Waves>(waves(in->body));
+  const auto parts = poisoned_parts(in->body);
   const double n = in->body.tetrahedra;
   return make_case<State>({
-      .start = start(in->body, make_parts(in->body)),
+      .start = start(in->body),
       .serial = [=](State& s) { serial::multiply_matrix_free(in->body, *state, *x, s.y); },
       .best_serial = nullptr,
-      .openmp = [=](State& s) { openmp::multiply_matrix_free(in->body, *state, *x, *in_waves, s.parts, s.y); },
-      .compare = nullptr,
+      .openmp = [=](State& s) { openmp::multiply_matrix_free(in->body, *state, *x, *in_waves, *parts, s.y); },
+      .compare = bitwise_and_poison<State>(parts),
       .work = {n, "tetrahedra", 4 * (44 * n + 6. * in->body.nodes), 290 * n, n / in->body.padded_tetrahedra()},
-      .restore = [](State& now, const State& start) { now.y = start.y; },
   });
 }
 
@@ -137,8 +136,9 @@ Case make_edges_case(const std::string& path) {
           [rounding](const State& openmp, const State& serial) {
             Judgement judgement{.verdict = Verdict::bounded, .worst_at = ""};
             const std::vector<double> by_edges(serial.y.begin(), serial.y.end());
-            within_bound(judgement, openmp.y, serial.y, by_edges, *rounding,
-                         [](std::size_t i) { return "xyz"[i % 3] + (" of node " + std::to_string(i / 3)); });
+            within_bound(judgement, openmp.y, serial.y, by_edges, *rounding, [](std::size_t i) {
+              return "xyz"[i % 3] + (" of node " + std::to_string(i / 3));
+            });
             return judgement;
           },
       .work = work_of(*k),
