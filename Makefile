@@ -24,7 +24,8 @@ else
 # The instruction set of the lanes: by default the best of this machine.
 ISA ?= $(shell grep -qw avx512vl /proc/cpuinfo && echo avx512 || (grep -qw avx2 /proc/cpuinfo && echo avx2) || echo portable)
 isa_avx512   := -march=x86-64-v4 -DLOCKSTEP_ISA_AVX512
-isa_avx2     := -march=x86-64-v3 -DLOCKSTEP_ISA_AVX2
+# Two registers a value: g++ copies such a pair by registers of 64 bits unless told otherwise. Clang has no such flag.
+isa_avx2      = -march=x86-64-v3 $(if $(filter g++,$(CXX)),-mmove-max=256 -mstore-max=256) -DLOCKSTEP_ISA_AVX2
 isa_portable := -DLOCKSTEP_ISA_PORTABLE
 $(if $(isa_$(ISA)),,$(error ISA=$(ISA): expected avx512, avx2 or portable))
 

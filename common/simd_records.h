@@ -16,11 +16,11 @@
 
 namespace lockstep {
 
-#if defined(LOCKSTEP_ISA_AVX512)
+#if !defined(LOCKSTEP_ISA_PORTABLE)
 
-LOCKSTEP_INLINE floatv load_each(const float* p, const std::int32_t* index) {
+// Eight numbers, at places of their own. Two indices are loaded at once.
+LOCKSTEP_INLINE __m256 load_eight(const float* p, const std::int32_t* index) {
   const auto four = [&](int l) {
-    // Two indices are loaded at once.
     const auto number = [&](int k) {
       std::int64_t two;
       std::memcpy(&two, index + l + k / 2 * 2, sizeof two);
@@ -29,9 +29,19 @@ LOCKSTEP_INLINE floatv load_each(const float* p, const std::int32_t* index) {
     const __m128 two = _mm_insert_ps(number(0), number(1), 0x10);
     return _mm_insert_ps(_mm_insert_ps(two, number(2), 0x20), number(3), 0x30);
   };
-  const __m256 low = _mm256_insertf128_ps(_mm256_castps128_ps256(four(0)), four(4), 1);
-  const __m256 high = _mm256_insertf128_ps(_mm256_castps128_ps256(four(8)), four(12), 1);
-  return _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
+  return _mm256_insertf128_ps(_mm256_castps128_ps256(four(0)), four(4), 1);
+}
+
+LOCKSTEP_INLINE recordv min(recordv a, recordv b) { return _mm256_min_ps(a.v, b.v); }
+LOCKSTEP_INLINE recordv max(recordv a, recordv b) { return _mm256_max_ps(a.v, b.v); }
+
+#endif
+
+#if defined(LOCKSTEP_ISA_AVX512)
+
+LOCKSTEP_INLINE floatv load_each(const float* p, const std::int32_t* index) {
+  const __m512 low = _mm512_castps256_ps512(load_eight(p, index));
+  return _mm512_insertf32x8(low, load_eight(p, index + 8), 1);
 }
 
 LOCKSTEP_INLINE intv load_wide(const std::uint16_t* p) {
@@ -65,9 +75,47 @@ LOCKSTEP_INLINE void store_sixteen_quads(float* p, const Quads& quads) {
   put(0, pairs(0, low), pairs(2, low)), put(1, pairs(0, high), pairs(2, high));
 }
 
-LOCKSTEP_INLINE recordv min(recordv a, recordv b) { return _mm256_min_ps(a.v, b.v); }
-LOCKSTEP_INLINE recordv max(recordv a, recordv b) { return _mm256_max_ps(a.v, b.v); }
 LOCKSTEP_INLINE std::uint32_t less(recordv a, recordv b) { return _mm256_cmp_ps_mask(a.v, b.v, _CMP_LT_OQ); }
+
+#elif defined(LOCKSTEP_ISA_AVX2)
+
+LOCKSTEP_INLINE floatv load_each(const float* p, const std::int32_t* index) {
+  return {load_eight(p, index), load_eight(p, index + 8)};
+}
+LOCKSTEP_INLINE intv load_wide(const std::uint16_t* p) {
+  const auto* const eight = reinterpret_cast<const __m128i*>(p);
+  return {_mm256_cvtepu16_epi32(_mm_loadu_si128(eight)), _mm256_cvtepu16_epi32(_mm_loadu_si128(eight + 1))};
+}
+// A permutation takes the low three bits of k. The fourth and the fifth, moved to the sign, say of which half.
+LOCKSTEP_INLINE floatv choose(floatv a, floatv b, intv k) {
+  const auto eight = [&](__m256i i) {
+    const __m256 high = as_float(_mm256_slli_epi32(i, 28)), of_b = as_float(_mm256_slli_epi32(i, 27));
+    const auto from = [&](floatv v) {
+      return _mm256_blendv_ps(_mm256_permutevar8x32_ps(v.lo, i), _mm256_permutevar8x32_ps(v.hi, i), high);
+    };
+    return _mm256_blendv_ps(from(a), from(b), of_b);
+  };
+  return {eight(k.lo), eight(k.hi)};
+}
+LOCKSTEP_INLINE Quads load_sixteen_quads(const float* p) {
+  return quads_of([&](int l) { return _mm_loadu_ps(p + 4 * l); });
+}
+// After the transposition row q holds records q and q + 4 of eight.
+LOCKSTEP_INLINE void store_sixteen_quads(float* p, const Quads& quads) {
+  const auto store_eight = [&](float* to, __m256 (&row)[4]) {
+    transpose_halves(row);
+    for (int q = 0; q < 4; q += 2) {
+      store_numbers(to + 4 * q, _mm256_permute2f128_ps(row[q], row[q + 1], 0x20));
+      store_numbers(to + 4 * q + 16, _mm256_permute2f128_ps(row[q], row[q + 1], 0x31));
+    }
+  };
+  __m256 low[4], high[4];
+  for (int f = 0; f < 4; ++f) low[f] = quads.field[f].lo, high[f] = quads.field[f].hi;
+  store_eight(p, low), store_eight(p + 32, high);
+}
+LOCKSTEP_INLINE std::uint32_t less(recordv a, recordv b) {
+  return static_cast<std::uint32_t>(_mm256_movemask_ps(_mm256_cmp_ps(a.v, b.v, _CMP_LT_OQ)));
+}
 
 #else
 
@@ -105,13 +153,6 @@ LOCKSTEP_INLINE void store_sixteen_quads(float* p, const Quads& quads) {
   }
 }
 
-#if defined(LOCKSTEP_ISA_AVX2)
-LOCKSTEP_INLINE recordv min(recordv a, recordv b) { return _mm256_min_ps(a.v, b.v); }
-LOCKSTEP_INLINE recordv max(recordv a, recordv b) { return _mm256_max_ps(a.v, b.v); }
-LOCKSTEP_INLINE std::uint32_t less(recordv a, recordv b) {
-  return static_cast<std::uint32_t>(_mm256_movemask_ps(_mm256_cmp_ps(a.v, b.v, _CMP_LT_OQ)));
-}
-#else
 LOCKSTEP_INLINE recordv min(recordv a, recordv b) {
   return make_record([&](int f) { return a.field[f] < b.field[f] ? a.field[f] : b.field[f]; });
 }
@@ -123,7 +164,6 @@ LOCKSTEP_INLINE std::uint32_t less(recordv a, recordv b) {
   for (int f = 0; f < 8; ++f) bits |= std::uint32_t(a.field[f] < b.field[f]) << f;
   return bits;
 }
-#endif
 
 #endif
 
