@@ -142,7 +142,7 @@ float reduce_max(floatv v);             // by max(a, b), likewise
 std::int32_t reduce_add(intv v);        // wraps around
 floatv compress(maskv mask, floatv v);  // the active lanes, moved to the front in order; the rest 0
 intv compress(maskv mask, intv v);
-floatv permute(floatv v, intv index);     // v[index & 15]
+floatv permute(floatv v, intv index);     // v[index & 15]; permute_is_one_instruction is a constant
 floatv shift_up(floatv v, float first);   // first, v0, ... v14
 floatv shift_down(floatv v, float last);  // v1, ... v15, last
 void transpose(floatv (&row)[lanes]);     // row[i] lane j and row[j] lane i change places

@@ -5,6 +5,7 @@
 //     p[index[l]], by loads one by one: on a Zen 4 a gather takes longer
 //   intv load_wide(const std::uint16_t* p)              p[l]
 //   floatv choose(floatv a, floatv b, intv k)           lane k % 16 of a, or where k & 16 is set, of b
+//     one instruction where permute is one; elsewhere load_each takes less time
 //   Quads load_sixteen_quads(const float* p)            field[f] lane l = p[4 l + f]; any alignment
 //   void store_sixteen_quads(float* p, const Quads& q)  and back; any alignment
 //   recordv min(recordv a, recordv b)                   a < b ? a : b, field by field
@@ -17,24 +18,8 @@
 namespace lockstep {
 
 #if !defined(LOCKSTEP_ISA_PORTABLE)
-
-// Eight numbers, at places of their own. Two indices are loaded at once.
-LOCKSTEP_INLINE __m256 load_eight(const float* p, const std::int32_t* index) {
-  const auto four = [&](int l) {
-    const auto number = [&](int k) {
-      std::int64_t two;
-      std::memcpy(&two, index + l + k / 2 * 2, sizeof two);
-      return _mm_load_ss(p + (k % 2 == 0 ? static_cast<std::int32_t>(two) : two >> 32));
-    };
-    const __m128 two = _mm_insert_ps(number(0), number(1), 0x10);
-    return _mm_insert_ps(_mm_insert_ps(two, number(2), 0x20), number(3), 0x30);
-  };
-  return _mm256_insertf128_ps(_mm256_castps128_ps256(four(0)), four(4), 1);
-}
-
 LOCKSTEP_INLINE recordv min(recordv a, recordv b) { return _mm256_min_ps(a.v, b.v); }
 LOCKSTEP_INLINE recordv max(recordv a, recordv b) { return _mm256_max_ps(a.v, b.v); }
-
 #endif
 
 #if defined(LOCKSTEP_ISA_AVX512)
@@ -86,23 +71,12 @@ LOCKSTEP_INLINE intv load_wide(const std::uint16_t* p) {
   const auto* const eight = reinterpret_cast<const __m128i*>(p);
   return {_mm256_cvtepu16_epi32(_mm_loadu_si128(eight)), _mm256_cvtepu16_epi32(_mm_loadu_si128(eight + 1))};
 }
-// A permutation takes the low three bits of k. The fourth and the fifth, moved to the sign, say of which half.
-LOCKSTEP_INLINE floatv choose(floatv a, floatv b, intv k) {
-  const auto eight = [&](__m256i i) {
-    const __m256 high = as_float(_mm256_slli_epi32(i, 28)), of_b = as_float(_mm256_slli_epi32(i, 27));
-    const auto from = [&](floatv v) {
-      return _mm256_blendv_ps(_mm256_permutevar8x32_ps(v.lo, i), _mm256_permutevar8x32_ps(v.hi, i), high);
-    };
-    return _mm256_blendv_ps(from(a), from(b), of_b);
-  };
-  return {eight(k.lo), eight(k.hi)};
-}
 LOCKSTEP_INLINE Quads load_sixteen_quads(const float* p) {
   return quads_of([&](int l) { return _mm_loadu_ps(p + 4 * l); });
 }
 // After the transposition row q holds records q and q + 4 of eight.
 LOCKSTEP_INLINE void store_sixteen_quads(float* p, const Quads& quads) {
-  const auto store_eight = [&](float* to, __m256 (&row)[4]) {
+  const auto store_eight = [&](float* to, __m256(&row)[4]) {
     transpose_halves(row);
     for (int q = 0; q < 4; q += 2) {
       store_numbers(to + 4 * q, _mm256_permute2f128_ps(row[q], row[q + 1], 0x20));
@@ -127,13 +101,6 @@ LOCKSTEP_INLINE floatv load_each(const float* p, const std::int32_t* index) {
 LOCKSTEP_INLINE intv load_wide(const std::uint16_t* p) {
   std::int32_t of_lanes[lanes];
   for (int l = 0; l < lanes; ++l) of_lanes[l] = p[l];
-  return load(of_lanes);
-}
-LOCKSTEP_INLINE floatv choose(floatv a, floatv b, intv k) {
-  float of_both[2 * lanes], of_lanes[lanes];
-  std::int32_t at[lanes];
-  store(of_both, a), store(of_both + lanes, b), store(at, k);
-  for (int l = 0; l < lanes; ++l) of_lanes[l] = of_both[at[l] & (2 * lanes - 1)];
   return load(of_lanes);
 }
 LOCKSTEP_INLINE Quads load_sixteen_quads(const float* p) {
@@ -165,6 +132,16 @@ LOCKSTEP_INLINE std::uint32_t less(recordv a, recordv b) {
   return bits;
 }
 
+#endif
+
+#if !defined(LOCKSTEP_ISA_AVX512)
+LOCKSTEP_INLINE floatv choose(floatv a, floatv b, intv k) {
+  float of_both[2 * lanes], of_lanes[lanes];
+  std::int32_t at[lanes];
+  store(of_both, a), store(of_both + lanes, b), store(at, k);
+  for (int l = 0; l < lanes; ++l) of_lanes[l] = of_both[at[l] & (2 * lanes - 1)];
+  return load(of_lanes);
+}
 #endif
 
 }  // namespace lockstep

@@ -1,9 +1,9 @@
 // Of which vectors sixteen lanes pick what they want.
 //
 // Vertices stand along a Morton curve (load_scene), and triangles by their least vertex. So sixteen neighbours of a
-// slice's vertices are in four slices on the average, and seldom in more than six; and likewise what triangles give. To
-// load these whole and to pick from them takes less time than sixteen loads. Any mesh will do: where what lanes want is
-// in many vectors, it takes longer.
+// slice's vertices are in four slices on the average, and seldom in more than six; and likewise what triangles give.
+// Where one instruction picks from two vectors, to load these whole and to pick from them takes less time than sixteen
+// loads. Any mesh will do: where what lanes want is in many vectors, it takes longer. Elsewhere lanes load one by one.
 //
 // Made once, by sequential code.
 #pragma once
@@ -13,7 +13,7 @@
 #include <span>
 
 #include "common/array.h"
-#include "common/simd.h"
+#include "common/simd_records.h"
 
 namespace lockstep::production_cloth {
 
@@ -23,9 +23,12 @@ inline constexpr int slice_vectors = 3;  // vectors of lanes in a slice of sixte
 // at least `pairs` pairs, which suffice for most; so the loops over these have a constant length.
 template <int together, int pairs>
 struct Picks {
+  // If permute_is_one_instruction:
   Array<std::int32_t> first;   // [group]: its first vector in `vector`; and, behind the last group, their number
   Array<std::int32_t> vector;  // where each begins, counted in sixteens
   Array<std::uint16_t> place;  // [16 sixteen + lane]: 16 v + the lane, in v of its group's vectors
+  // If not:
+  Array<std::int32_t> at;  // [16 sixteen + lane]: where it stands
 };
 
 // at: sixteens of what lanes want: 16 u + l is lane l of what begins at vector u * size. first_of(group) is the u that
@@ -34,6 +37,10 @@ template <int together, int pairs, class FirstOf>
 Picks<together, pairs> make_picks(std::span<const std::int32_t> at, int size, const FirstOf& first_of) {
   constexpr std::size_t wanted = together * lanes;
   Picks<together, pairs> picks;
+  if (!permute_is_one_instruction) {
+    for (const std::int32_t k : at) picks.at.push_back(lanes * size * (k / lanes) + k % lanes);
+    return picks;
+  }
   picks.first.push_back(0);
   for (std::size_t begin = 0; begin < at.size(); begin += wanted) {
     const std::size_t first = picks.vector.size();

@@ -8,9 +8,12 @@
 
 #include <immintrin.h>
 
+#include "indexed.h"
+
 namespace lockstep {
 
 inline constexpr const char* isa_name = "avx2";
+inline constexpr bool permute_is_one_instruction = false;
 
 struct floatv {
   __m256 lo, hi;
@@ -167,13 +170,13 @@ LOCKSTEP_INLINE Quads quads_of(const Record& record) {
 }
 
 LOCKSTEP_INLINE Quads load_quads(const float* records, const std::int32_t* index) {
-  return quads_of([&](int l) { return _mm_load_ps(record_at<4>(records, index[l])); });
+  return quads_of([&](int l) { return _mm_load_ps(records + 4 * index_at(index, l)); });
 }
 
 LOCKSTEP_INLINE Quads gather_fours(const float* base, intv index) {
   alignas(64) std::int32_t first[lanes];
   store(first, index);
-  return quads_of([&](int l) { return _mm_loadu_ps(base + first[l]); });
+  return quads_of([&](int l) { return _mm_loadu_ps(base + index_at(first, l)); });
 }
 
 LOCKSTEP_INLINE std::uint32_t bits(maskv mask);
@@ -205,8 +208,12 @@ LOCKSTEP_INLINE intv gather(const std::int32_t* base, intv index, maskv mask) {
   return {_mm256_mask_i32gather_epi32(zero, base, index.lo, mask.lo, sizeof(std::int32_t)),
           _mm256_mask_i32gather_epi32(zero, base, index.hi, mask.hi, sizeof(std::int32_t))};
 }
+
+// By loads one by one: on a Zen 3 a gather takes longer.
 LOCKSTEP_INLINE floatv gather(const float* base, intv index) {
-  return {_mm256_i32gather_ps(base, index.lo, sizeof(float)), _mm256_i32gather_ps(base, index.hi, sizeof(float))};
+  alignas(64) std::int32_t of_lanes[lanes];
+  store(of_lanes, index);
+  return {load_eight(base, of_lanes), load_eight(base, of_lanes + 8)};
 }
 LOCKSTEP_INLINE intv gather(const std::int32_t* base, intv index) {
   return {_mm256_i32gather_epi32(base, index.lo, sizeof(std::int32_t)),
@@ -217,19 +224,17 @@ struct Halves {
   floatv first, second;
 };
 
-// Four gathers of four pairs each. Of two neighbouring gathers, the even and the odd floats; their middle quarters
-// change places.
 LOCKSTEP_INLINE Halves gather_pairs(const float* base, intv index) {
-  const __m256d zero = _mm256_setzero_pd(), all = _mm256_castsi256_pd(_mm256_set1_epi32(-1));
-  const auto pairs = [&](__m128i four) {
-    return _mm256_castpd_ps(
-        _mm256_mask_i32gather_pd(zero, reinterpret_cast<const double*>(base), four, all, sizeof(float)));
+  alignas(64) std::int32_t of_lanes[lanes];
+  store(of_lanes, index);
+  const auto two = [&](int l) {
+    const auto pair = [&](int k) { return reinterpret_cast<const __m64*>(base + index_at(of_lanes, k)); };
+    return _mm_loadh_pi(_mm_loadl_pi(_mm_setzero_ps(), pair(l)), pair(l + 1));
   };
-  const auto in_order = [](__m256 v) { return _mm256_castpd_ps(_mm256_permute4x64_pd(_mm256_castps_pd(v), 0xd8)); };
-  const __m256 a = pairs(_mm256_castsi256_si128(index.lo)), b = pairs(_mm256_extracti128_si256(index.lo, 1));
-  const __m256 c = pairs(_mm256_castsi256_si128(index.hi)), d = pairs(_mm256_extracti128_si256(index.hi, 1));
-  return {{in_order(_mm256_shuffle_ps(a, b, 0x88)), in_order(_mm256_shuffle_ps(c, d, 0x88))},
-          {in_order(_mm256_shuffle_ps(a, b, 0xdd)), in_order(_mm256_shuffle_ps(c, d, 0xdd))}};
+  const auto four = [&](int l) { return _mm256_insertf128_ps(_mm256_castps128_ps256(two(l)), two(l + 4), 1); };
+  const __m256 a = four(0), b = four(2), c = four(8), d = four(10);
+  return {{_mm256_shuffle_ps(a, b, 0x88), _mm256_shuffle_ps(c, d, 0x88)},
+          {_mm256_shuffle_ps(a, b, 0xdd), _mm256_shuffle_ps(c, d, 0xdd)}};
 }
 
 LOCKSTEP_INLINE floatv operator+(floatv a, floatv b) { return {a.lo + b.lo, a.hi + b.hi}; }

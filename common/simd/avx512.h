@@ -10,11 +10,14 @@
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #endif
 #include <immintrin.h>
+
+#include "indexed.h"
 #pragma GCC diagnostic pop
 
 namespace lockstep {
 
 inline constexpr const char* isa_name = "avx512";
+inline constexpr bool permute_is_one_instruction = true;
 
 struct floatv {
   __m512 v;

@@ -12,6 +12,7 @@
 namespace lockstep {
 
 inline constexpr const char* isa_name = "portable";
+inline constexpr bool permute_is_one_instruction = false;
 
 struct floatv {
   float lane[lanes];

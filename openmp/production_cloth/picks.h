@@ -30,7 +30,7 @@ LOCKSTEP_INLINE Vector3<floatv> choose(const Vector3<floatv>& a, const Vector3<f
   return {lockstep::choose(a.x, b.x, k), lockstep::choose(a.y, b.y, k), lockstep::choose(a.z, b.z, k)};
 }
 
-// What a group's lanes want. loaded(vector): what begins there; first: that of the group's first.
+// What a group's lanes want, from whole vectors. loaded(vector): what begins there; first: that of the group's first.
 template <int together, int pairs, class Loaded, class T>
 LOCKSTEP_INLINE std::array<T, together> pick(const Picks<together, pairs>& picks, std::size_t group, const T& first,
                                              const Loaded& loaded) {
@@ -53,25 +53,47 @@ LOCKSTEP_INLINE std::array<T, together> pick(const Picks<together, pairs>& picks
   return picked;
 }
 
+// Where the lanes of sixteen c of a group find what they want, one by one.
+template <int together, int pairs>
+const std::int32_t* places(const Picks<together, pairs>& picks, std::size_t group, int c) {
+  return &picks.at[lanes * (together * group + c)];
+}
+
 // Vectors of vertices. own: that of the group's first slice.
 template <int together, int pairs>
 LOCKSTEP_INLINE std::array<Vector3<floatv>, together> pick_vectors(const Picks<together, pairs>& picks,
                                                                    std::size_t group, const float* x,
                                                                    const Vector3<floatv>& own) {
-  return pick(picks, group, own, [&](int vector) { return load_three(x + lanes * std::ptrdiff_t(vector)); });
+  if constexpr (permute_is_one_instruction) {
+    return pick(picks, group, own, [&](int vector) { return load_three(x + lanes * std::ptrdiff_t(vector)); });
+  } else {
+    std::array<Vector3<floatv>, together> picked;
+    for (int c = 0; c < together; ++c) {
+      const std::int32_t* const at = places(picks, group, c);
+      picked[c] = {load_each(x, at), load_each(x + lanes, at), load_each(x + 2 * lanes, at)};
+    }
+    return picked;
+  }
 }
 
 // Of the corners of a block of triangles.
 LOCKSTEP_INLINE std::array<Vector3<floatv>, 3> pick_corners(const Elements<float>& elements, const float* x,
                                                             int block) {
-  const std::ptrdiff_t first = elements.corner_picks.vector[elements.corner_picks.first[block]];
-  return pick_vectors(elements.corner_picks, block, x, load_three(x + lanes * first));
+  const Picks<3, 2>& picks = elements.corner_picks;
+  if constexpr (permute_is_one_instruction)
+    return pick_vectors(picks, block, x, load_three(x + lanes * std::ptrdiff_t(picks.vector[picks.first[block]])));
+  else
+    return pick_vectors(picks, block, x, {});
 }
 
 template <int pairs>
 LOCKSTEP_INLINE floatv pick_numbers(const Picks<1, pairs>& picks, std::size_t group, const float* from) {
-  const auto loaded = [&](int vector) { return load(from + lanes * std::ptrdiff_t(vector)); };
-  return pick(picks, group, loaded(picks.vector[picks.first[group]]), loaded)[0];
+  if constexpr (permute_is_one_instruction) {
+    const auto loaded = [&](int vector) { return load(from + lanes * std::ptrdiff_t(vector)); };
+    return pick(picks, group, loaded(picks.vector[picks.first[group]]), loaded)[0];
+  } else {
+    return load_each(from, places(picks, group, 0));
+  }
 }
 
 }  // namespace lockstep::production_cloth::openmp

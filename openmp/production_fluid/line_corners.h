@@ -3,7 +3,8 @@
 // Particles are sorted by block, along x first, and move by less than a cell until they are sorted again. So the cells
 // of sixteen begin on one to four lines of a field, within sixteen values of each other. Lanes of one line are served
 // together: each of the four lines around their cells is loaded once, and each lane takes its two values out of the
-// register. Wherever particles are, the corners are right; if they are far apart, scattered_corners.h is faster.
+// register. Wherever particles are, the corners are right; if they are far apart, scattered_corners.h is faster. So it
+// is where lanes take their values by several instructions.
 #pragma once
 
 #include <bit>
@@ -11,6 +12,7 @@
 
 #include "common/production_fluid/trace.h"
 #include "common/simd.h"
+#include "openmp/production_fluid/scattered_corners.h"
 
 namespace lockstep::production_fluid {
 
@@ -19,6 +21,10 @@ namespace lockstep::production_fluid {
 template <int count>
 LOCKSTEP_INLINE void load_line_corners(const float* const (&origin)[count], const Cell<intv> (&cells)[count],
                                        Corners<floatv> (&corners)[count]) {
+  if constexpr (!permute_is_one_instruction) {
+    for (int f = 0; f < count; ++f) corners[f] = ScatteredCorners()(origin[f], cells[f]);
+    return;
+  }
   constexpr int before = 4;  // so many cells before that of the first lane that is left are served with it
   alignas(64) std::int32_t first[count][lanes], to_line[count][lanes], to_plane[count][lanes];
   std::uint32_t left[count], any_left;

@@ -7,6 +7,7 @@
                    places, two lists of the same length
     verify         more arguments for `lockstep verify --kernel KERNEL`; or, for races that the verifier might not see,
     tsan           the same in the thread sanitizer's build
+    isa            if only lanes of this instruction set run the changed code; elsewhere the mutant is left out
 The sources stay unchanged. The changed file goes to a folder of its own, build/mutants/BUILD/ID/, which the compiler
 searches first. Files that depend on it are compiled again (-O1 gives the same bits and is faster), linked with the
 other objects of the normal build, and run.
@@ -58,6 +59,7 @@ class Mutant:
     edits: tuple  # of (find, replace)
     selection: tuple  # words for lockstep
     tsan: bool
+    isa: str  # "": any
 
     @functools.cached_property
     def text(self):
@@ -85,14 +87,15 @@ def read_mutants(folder):
     for path in sorted(folder.glob("*.toml")):
         for entry in tomllib.loads(path.read_text())["mutant"]:
             kernel, tsan = entry["kernel"], "tsan" in entry
-            if set(entry) != {"kernel", "name", "file", "find", "replace", "tsan" if tsan else "verify"}:
+            if entry.keys() - {"isa"} != {"kernel", "name", "file", "find", "replace", "tsan" if tsan else "verify"}:
                 raise Error(f"{path.name}, {entry.get('name')}: has {', '.join(entry)}")
             as_list = lambda value: value if isinstance(value, list) else [value]
             edits = tuple(zip(as_list(entry["find"]), as_list(entry["replace"]), strict=True))
             numbers[kernel] += 1
             selection = ("verify", "--kernel", kernel, *shlex.split(entry["tsan" if tsan else "verify"]))
             id = f"{kernel.replace('/', '-')}-{numbers[kernel]}"
-            mutants.append(Mutant(id, kernel, entry["name"], entry["file"], edits, selection, tsan))
+            isa = entry.get("isa", "")
+            mutants.append(Mutant(id, kernel, entry["name"], entry["file"], edits, selection, tsan, isa))
             mutants[-1].text  # a stale mutant is an error even if it is not selected
     return mutants
 
@@ -100,9 +103,10 @@ def read_mutants(folder):
 LEAST = 5  # mutants of a kernel
 
 
-def check_numbers(mutants, program):
-    """Checks that each kernel of the program has enough mutants, and that each mutant's kernel exists."""
-    listed = {row["kernel"] for row in json.loads(subprocess.check_output([program, "list", "--json"]))["rows"]}
+def check_numbers(mutants, report):
+    """Checks that each kernel of a program has enough mutants, and that each mutant's kernel exists. report: of its
+    `list`."""
+    listed = {row["kernel"] for row in report["rows"]}
     numbers = collections.Counter(mutant.kernel for mutant in mutants)
     few = [f"{kernel} has {numbers[kernel]}" for kernel in sorted(listed) if numbers[kernel] < LEAST]
     if few:
@@ -271,7 +275,9 @@ def main():
     jobs = len(os.sched_getaffinity(0))
 
     mutants = read_mutants(pathlib.Path(__file__).parent)
-    check_numbers(mutants, pathlib.Path(options.build) / "lockstep")
+    report = json.loads(subprocess.check_output([pathlib.Path(options.build) / "lockstep", "list", "--json"]))
+    check_numbers(mutants, report)
+    mutants = [m for m in mutants if m.isa in ("", report["machine"]["isa"])]
     if options.kernel:
         mutants = [m for m in mutants if m.kernel == options.kernel or m.kernel.startswith(options.kernel + "/")]
     if not mutants:
