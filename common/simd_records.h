@@ -5,7 +5,6 @@
 //     p[index[l]], by loads one by one: on a Zen 4 a gather takes longer
 //   intv load_wide(const std::uint16_t* p)              p[l]
 //   floatv choose(floatv a, floatv b, intv k)           lane k % 16 of a, or where k & 16 is set, of b
-//     one instruction where permute is one; elsewhere load_each takes less time
 //   Quads load_sixteen_quads(const float* p)            field[f] lane l = p[4 l + f]; any alignment
 //   void store_sixteen_quads(float* p, const Quads& q)  and back; any alignment
 //   recordv min(recordv a, recordv b)                   a < b ? a : b, field by field

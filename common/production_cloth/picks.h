@@ -1,9 +1,10 @@
-// Of which vectors sixteen lanes pick what they want.
+// Where sixteen lanes find what they want of vectors of vertices.
 //
 // Vertices stand along a Morton curve (load_scene), and triangles by their least vertex. So sixteen neighbours of a
 // slice's vertices are in four slices on the average, and seldom in more than six; and likewise what triangles give.
-// Where one instruction picks from two vectors, to load these whole and to pick from them takes less time than sixteen
-// loads. Any mesh will do: where what lanes want is in many vectors, it takes longer. Elsewhere lanes load one by one.
+// If one instruction picks from two vectors (picks_from_vectors), loading these whole and picking from them takes less
+// time than sixteen loads. Any mesh will do, but picking takes longer if what lanes want is in many vectors. Other
+// lanes load each number by itself.
 //
 // Made once, by sequential code.
 #pragma once
@@ -23,12 +24,12 @@ inline constexpr int slice_vectors = 3;  // vectors of lanes in a slice of sixte
 // at least `pairs` pairs, which suffice for most; so the loops over these have a constant length.
 template <int together, int pairs>
 struct Picks {
-  // If permute_is_one_instruction:
+  // If picks_from_vectors; else empty:
   Array<std::int32_t> first;   // [group]: its first vector in `vector`; and, behind the last group, their number
   Array<std::int32_t> vector;  // where each begins, counted in sixteens
   Array<std::uint16_t> place;  // [16 sixteen + lane]: 16 v + the lane, in v of its group's vectors
-  // If not:
-  Array<std::int32_t> at;  // [16 sixteen + lane]: where it stands
+  // If not; else empty:
+  Array<std::int32_t> at;  // [16 sixteen + lane]: the index of the number, for vectors of vertices that of x
 };
 
 // at: sixteens of what lanes want: 16 u + l is lane l of what begins at vector u * size. first_of(group) is the u that
@@ -37,7 +38,7 @@ template <int together, int pairs, class FirstOf>
 Picks<together, pairs> make_picks(std::span<const std::int32_t> at, int size, const FirstOf& first_of) {
   constexpr std::size_t wanted = together * lanes;
   Picks<together, pairs> picks;
-  if (!permute_is_one_instruction) {
+  if (!picks_from_vectors) {
     for (const std::int32_t k : at) picks.at.push_back(lanes * size * (k / lanes) + k % lanes);
     return picks;
   }

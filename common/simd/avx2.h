@@ -13,7 +13,7 @@
 namespace lockstep {
 
 inline constexpr const char* isa_name = "avx2";
-inline constexpr bool permute_is_one_instruction = false;
+inline constexpr bool picks_from_vectors = false;
 
 struct floatv {
   __m256 lo, hi;
@@ -209,7 +209,7 @@ LOCKSTEP_INLINE intv gather(const std::int32_t* base, intv index, maskv mask) {
           _mm256_mask_i32gather_epi32(zero, base, index.hi, mask.hi, sizeof(std::int32_t))};
 }
 
-// By loads one by one: on a Zen 3 a gather takes longer.
+// By loads one by one, as gather_pairs: on a Zen 3 the gather instructions take longer (notes/simd.md).
 LOCKSTEP_INLINE floatv gather(const float* base, intv index) {
   alignas(64) std::int32_t of_lanes[lanes];
   store(of_lanes, index);

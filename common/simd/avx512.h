@@ -10,14 +10,14 @@
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #endif
 #include <immintrin.h>
+#pragma GCC diagnostic pop
 
 #include "indexed.h"
-#pragma GCC diagnostic pop
 
 namespace lockstep {
 
 inline constexpr const char* isa_name = "avx512";
-inline constexpr bool permute_is_one_instruction = true;
+inline constexpr bool picks_from_vectors = true;
 
 struct floatv {
   __m512 v;

@@ -12,7 +12,7 @@
 namespace lockstep {
 
 inline constexpr const char* isa_name = "portable";
-inline constexpr bool permute_is_one_instruction = false;
+inline constexpr bool picks_from_vectors = true;
 
 struct floatv {
   float lane[lanes];

@@ -1,4 +1,4 @@
-// Vectors of vertices by slices, and numbers by place, of which lanes load their own sixteen or pick sixteen others.
+// Vectors of vertices by slices, and numbers by place: lanes load their own sixteen, and pick or load sixteen others.
 #pragma once
 
 #include <array>
@@ -53,9 +53,9 @@ LOCKSTEP_INLINE std::array<T, together> pick(const Picks<together, pairs>& picks
   return picked;
 }
 
-// Where the lanes of sixteen c of a group find what they want, one by one.
+// The indices of what sixteen c of a group wants.
 template <int together, int pairs>
-const std::int32_t* places(const Picks<together, pairs>& picks, std::size_t group, int c) {
+LOCKSTEP_INLINE const std::int32_t* indices(const Picks<together, pairs>& picks, std::size_t group, int c) {
   return &picks.at[lanes * (together * group + c)];
 }
 
@@ -64,12 +64,12 @@ template <int together, int pairs>
 LOCKSTEP_INLINE std::array<Vector3<floatv>, together> pick_vectors(const Picks<together, pairs>& picks,
                                                                    std::size_t group, const float* x,
                                                                    const Vector3<floatv>& own) {
-  if constexpr (permute_is_one_instruction) {
+  if constexpr (picks_from_vectors) {
     return pick(picks, group, own, [&](int vector) { return load_three(x + lanes * std::ptrdiff_t(vector)); });
   } else {
     std::array<Vector3<floatv>, together> picked;
     for (int c = 0; c < together; ++c) {
-      const std::int32_t* const at = places(picks, group, c);
+      const std::int32_t* const at = indices(picks, group, c);
       picked[c] = {load_each(x, at), load_each(x + lanes, at), load_each(x + 2 * lanes, at)};
     }
     return picked;
@@ -80,7 +80,7 @@ LOCKSTEP_INLINE std::array<Vector3<floatv>, together> pick_vectors(const Picks<t
 LOCKSTEP_INLINE std::array<Vector3<floatv>, 3> pick_corners(const Elements<float>& elements, const float* x,
                                                             int block) {
   const Picks<3, 2>& picks = elements.corner_picks;
-  if constexpr (permute_is_one_instruction)
+  if constexpr (picks_from_vectors)
     return pick_vectors(picks, block, x, load_three(x + lanes * std::ptrdiff_t(picks.vector[picks.first[block]])));
   else
     return pick_vectors(picks, block, x, {});
@@ -88,11 +88,11 @@ LOCKSTEP_INLINE std::array<Vector3<floatv>, 3> pick_corners(const Elements<float
 
 template <int pairs>
 LOCKSTEP_INLINE floatv pick_numbers(const Picks<1, pairs>& picks, std::size_t group, const float* from) {
-  if constexpr (permute_is_one_instruction) {
+  if constexpr (picks_from_vectors) {
     const auto loaded = [&](int vector) { return load(from + lanes * std::ptrdiff_t(vector)); };
     return pick(picks, group, loaded(picks.vector[picks.first[group]]), loaded)[0];
   } else {
-    return load_each(from, places(picks, group, 0));
+    return load_each(from, indices(picks, group, 0));
   }
 }
 

@@ -3,8 +3,8 @@
 // Particles are sorted by block, along x first, and move by less than a cell until they are sorted again. So the cells
 // of sixteen begin on one to four lines of a field, within sixteen values of each other. Lanes of one line are served
 // together: each of the four lines around their cells is loaded once, and each lane takes its two values out of the
-// register. Wherever particles are, the corners are right; if they are far apart, scattered_corners.h is faster. So it
-// is where lanes take their values by several instructions.
+// register. Wherever particles are, the corners are right; if they are far apart, scattered_corners.h is faster. Lanes
+// that take several instructions for a permutation (picks_from_vectors is false) always use scattered_corners.h.
 #pragma once
 
 #include <bit>
@@ -21,7 +21,7 @@ namespace lockstep::production_fluid {
 template <int count>
 LOCKSTEP_INLINE void load_line_corners(const float* const (&origin)[count], const Cell<intv> (&cells)[count],
                                        Corners<floatv> (&corners)[count]) {
-  if constexpr (!permute_is_one_instruction) {
+  if constexpr (!picks_from_vectors) {
     for (int f = 0; f < count; ++f) corners[f] = ScatteredCorners()(origin[f], cells[f]);
     return;
   }

@@ -7,7 +7,8 @@
                    places, two lists of the same length
     verify         more arguments for `lockstep verify --kernel KERNEL`; or, for races that the verifier might not see,
     tsan           the same in the thread sanitizer's build
-    isa            if only lanes of this instruction set run the changed code; elsewhere the mutant is left out
+    isa            optional: avx512 or avx2, if the changed code runs with these lanes alone. A build with others leaves
+                   the mutant out
 The sources stay unchanged. The changed file goes to a folder of its own, build/mutants/BUILD/ID/, which the compiler
 searches first. Files that depend on it are compiled again (-O1 gives the same bits and is faster), linked with the
 other objects of the normal build, and run.
@@ -95,6 +96,8 @@ def read_mutants(folder):
             selection = ("verify", "--kernel", kernel, *shlex.split(entry["tsan" if tsan else "verify"]))
             id = f"{kernel.replace('/', '-')}-{numbers[kernel]}"
             isa = entry.get("isa", "")
+            if isa not in ("", "avx512", "avx2"):
+                raise Error(f"{path.name}, {entry['name']}: isa is {isa}, expected avx512 or avx2")
             mutants.append(Mutant(id, kernel, entry["name"], entry["file"], edits, selection, tsan, isa))
             mutants[-1].text  # a stale mutant is an error even if it is not selected
     return mutants
@@ -276,8 +279,8 @@ def main():
 
     mutants = read_mutants(pathlib.Path(__file__).parent)
     report = json.loads(subprocess.check_output([pathlib.Path(options.build) / "lockstep", "list", "--json"]))
-    check_numbers(mutants, report)
     mutants = [m for m in mutants if m.isa in ("", report["machine"]["isa"])]
+    check_numbers(mutants, report)
     if options.kernel:
         mutants = [m for m in mutants if m.kernel == options.kernel or m.kernel.startswith(options.kernel + "/")]
     if not mutants:
