@@ -578,7 +578,7 @@ class Figures(unittest.TestCase):
             behind = {reference.split(".json#")[0] for row in self.rows(name) for reference in row["from"].split(",")}
             self.assertLessEqual(behind, set(needs), name)
             kernels = {row["kernel"] for row in self.rows(name) if row.get("kernel")}
-            for report in ("bench", "scale", "curves"):
+            for report in ("bench", "scale"):
                 if report in behind and needs[report] is not None:
                     self.assertEqual(kernels, set(needs[report]), name)
         together = measure.needed(draw.chosen())
@@ -610,10 +610,10 @@ class Figures(unittest.TestCase):
             "--json",
             "f/bench.json",
         ]
-        some = ["--brief", "--resume", "--shard", "2/3", "--json"]
-        curves = ["lockstep", "scale", "--kernel", "fluid/step", *some, "f/curves.json"]
+        brief = ["--brief", "--resume", "--shard", "2/3"]
+        curves = ["lockstep", "figures", "--report", "curves", *brief, "--out", "f"]
         self.assertEqual(commands("sph_locks"), [bench, curves])
-        few = ["lockstep", "scale", "--cores", measure.few_cores(), *some, "f/scale.json"]
+        few = ["lockstep", "scale", "--cores", measure.few_cores(), *brief, "--json", "f/scale.json"]
         self.assertEqual(commands("sph_locks", "model_validation"), [bench, curves, few])
         options.full = True
         self.assertEqual(

@@ -23,6 +23,7 @@
 #include "verify/busy.h"
 #include "verify/cloth/forms.h"
 #include "verify/cloth/run.h"
+#include "verify/curves.h"
 #include "verify/held_team.h"
 #include "verify/names.h"
 #include "verify/options.h"
@@ -292,7 +293,8 @@ struct Figure {
   void (*compute)(const FigureOptions& options, const Model& model, RowsOf& rows);
 };
 
-constexpr Figure all_figures[] = {{"cloth_convergence", cloth_convergence},
+constexpr Figure all_figures[] = {{"curves", curves},
+                                  {"cloth_convergence", cloth_convergence},
                                   {"levelset_blocks", levelset_blocks},
                                   {"levelset_slice", levelset_slice},
                                   {"contact_batches", contact_batches},

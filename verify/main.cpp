@@ -203,6 +203,7 @@ int main(int argc, char** argv) {
   figures_command->add_option("--out", figure_options.out, "a folder")->required();
   figures_command->add_option("--report", figure_options.report, "only this one, such as contact_batches");
   add_quick(figures_command, figure_options.quick);
+  add_brief(figures_command, figure_options.brief);
   figures_command->add_flag("--full", figure_options.full, "on the largest scenes");
   add_resume(figures_command, figure_options.resume);
   add_shard(figures_command, shard);

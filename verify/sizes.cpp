@@ -29,8 +29,7 @@ const std::vector<Growing> all = {
      {"spheres_and_box_64", "spheres_and_box_128", "spheres_and_box_256", "spheres_and_box_512"}},
 };
 constexpr std::size_t quick_scenes = 2;
-constexpr int least_records = 3, most_records = 15;  // of a row
-constexpr double seconds = 1;                        // for more than the least
+constexpr int most_records = 15;  // of a row
 
 }  // namespace
 
@@ -47,10 +46,10 @@ void problem_sizes(const FigureOptions& options, const Model& model, RowsOf& row
           if (!run) run = selected.kernel.make(selected.scene_path);
           const Repeatable what = {run->reset, run->openmp, run->work.bytes, run->work.data};
           Replayed least = {.total = std::numeric_limits<double>::infinity()};
-          const double enough = now() + seconds;
+          const double enough = now() + (options.brief ? .3 : 1);
           const auto wanted = [&](int made) {
             if (options.quick) return made < 1;
-            return made < least_records || (made < most_records && now() < enough);
+            return made < (options.brief ? 2 : 3) || (made < most_records && now() < enough);
           };
           for (int made = 0; wanted(made); ++made)
             keep_shorter(least, replay(record_once(what, cores, model), what, model));

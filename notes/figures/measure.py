@@ -2,9 +2,8 @@
 [--full] [--resume].
 
 Runs `lockstep bench`, `scale` and `figures` for the reports and kernels that the figures name (REPORTS, see draw.py).
-Kernels of the report `scale` are modelled on the machine's own numbers of cores and on 64, those of `curves` on all
-numbers that `lockstep scale` takes by itself. Options go to the program as they are; --full, for the largest scenes,
-goes to `scale` and `figures`.
+Kernels of the report `scale` are modelled on the machine's own numbers of cores and on 64. Options go to the program as
+they are; --full, for the largest scenes, goes to `scale` and `figures`.
 """
 
 import argparse
@@ -51,11 +50,10 @@ def commands(program, folder, needs, options):
         if report == "bench":
             threads = ["--threads", options.threads] if options.threads else []
             found.append([program, "bench", *selected, *threads, *brief, *more, *json])
-        elif report in ("scale", "curves"):
-            cores = ["--cores", few_cores()] if report == "scale" else []
-            found.append([program, "scale", *selected, *cores, *brief, *largest, *more, *json])
+        elif report == "scale":
+            found.append([program, "scale", *selected, "--cores", few_cores(), *brief, *largest, *more, *json])
         else:
-            found.append([program, "figures", "--report", report, *largest, *more, "--out", folder])
+            found.append([program, "figures", "--report", report, *brief, *largest, *more, "--out", folder])
     return found
 
 

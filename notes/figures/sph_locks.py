@@ -12,7 +12,7 @@ PAPER = (
     " alone, almost entirely amortise it. The paper gives no numbers."
 )
 NOTES = ["fluid", "scaling"]
-REPORTS = {"bench": ["fluid/step"], "curves": ["fluid/step"]}
+REPORTS = {"bench": ["fluid/step"], "curves": None}
 FORMS = {
     "owner_gather": "no lock: each particle gathers its own sums",
     "pair_lists": "no lock: pairs listed once",
