@@ -293,8 +293,7 @@ struct Figure {
   void (*compute)(const FigureOptions& options, const Model& model, RowsOf& rows);
 };
 
-constexpr Figure all_figures[] = {{"curves", curves},
-                                  {"cloth_convergence", cloth_convergence},
+constexpr Figure all_figures[] = {{"cloth_convergence", cloth_convergence},
                                   {"levelset_blocks", levelset_blocks},
                                   {"levelset_slice", levelset_slice},
                                   {"contact_batches", contact_batches},
@@ -302,7 +301,8 @@ constexpr Figure all_figures[] = {{"curves", curves},
                                   {"face_modules", face_modules},
                                   {"cloth_modules", cloth_modules},
                                   {"sensitivity", sensitivity},
-                                  {"problem_sizes", problem_sizes}};
+                                  {"problem_sizes", problem_sizes},
+                                  {"curves", curves}};
 
 }  // namespace
 
