@@ -33,13 +33,11 @@ void curves(const FigureOptions& options, const Model& model, RowsOf& rows) {
   const std::vector<int> numbers =
       options.quick ? std::vector<int>{1, 2, 64} : std::vector<int>{1, 2, 4, 8, 16, 32, 64, 128};
   for (const Curve& curve : all) {
-    Options named;
-    named.kernels = {curve.kernel}, named.form = curve.form,
-    named.scene = options.quick ? curve.quick_scene : curve.scene;
-    const Selected selected = select(named, Purpose::bench).at(0);
+    const std::string scene = options.quick ? curve.quick_scene : curve.scene;
+    const Selected selected = select_one(curve.kernel, curve.form, scene);
     std::optional<Case> run;  // made for the first row that is modelled
     for (const int cores : numbers)
-      rows.add({{"kernel", curve.kernel}, {"form", curve.form}, {"scene", named.scene}, {"cores", cores}}, [&] {
+      rows.add({{"kernel", curve.kernel}, {"form", curve.form}, {"scene", scene}, {"cores", cores}}, [&] {
         progress("curves: " + selected.kernel.name + " " + curve.form + ", " + std::to_string(cores) + " cores");
         if (!run) {
           const PagesOfTeam near(std::min(numbers.back(), omp_get_num_procs()));

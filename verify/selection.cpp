@@ -78,4 +78,10 @@ std::vector<Selected> select(const Options& options, Purpose purpose) {
   return share;
 }
 
+Selected select_one(const std::string& kernel, const std::string& form, const std::string& scene) {
+  Options options;
+  options.kernels = {kernel}, options.form = form, options.scene = scene;
+  return select(options, Purpose::bench).at(0);
+}
+
 }  // namespace lockstep::verify

@@ -21,4 +21,7 @@ enum class Purpose { verify, bench };
 // In the kernels' order; of a shard, its own. Throws InputError if the options name an unknown kernel, form or scene.
 std::vector<Selected> select(const Options& options, Purpose purpose);
 
+// A kernel's form on a scene of that name. Throws InputError if there is none.
+Selected select_one(const std::string& kernel, const std::string& form, const std::string& scene);
+
 }  // namespace lockstep::verify

@@ -50,12 +50,11 @@ void sensitivity(const FigureOptions& options, const Model& model, RowsOf& rows)
   std::vector<Model> models;
   for (const Variation& variation : all_variations) models.push_back(varied(model, variation));
   for (const Looked& look : all) {
-    Options named;
-    named.kernels = {look.kernel}, named.form = look.form, named.scene = options.quick ? look.quick_scene : look.scene;
-    const Selected selected = select(named, Purpose::bench).at(0);
+    const std::string scene = options.quick ? look.quick_scene : look.scene;
+    const Selected selected = select_one(look.kernel, look.form, scene);
     std::optional<Case> run;  // made for the first row that is measured
     for (const int cores : {1, 64})
-      rows.add({{"kernel", look.kernel}, {"form", look.form}, {"scene", named.scene}, {"cores", cores}}, [&] {
+      rows.add({{"kernel", look.kernel}, {"form", look.form}, {"scene", scene}, {"cores", cores}}, [&] {
         progress("sensitivity: " + selected.kernel.name + ", " + std::to_string(cores) + " cores");
         if (!run) run = selected.kernel.make(selected.scene_path);
         const Repeatable what = {run->reset, run->openmp, run->work.bytes, run->work.data};

@@ -36,13 +36,12 @@ constexpr int most_records = 15;  // of a row
 void problem_sizes(const FigureOptions& options, const Model& model, RowsOf& rows) {
   for (const Growing& growing : all)
     for (std::size_t k = 0; k < (options.quick ? quick_scenes : growing.scenes.size()); ++k) {
-      Options named;
-      named.kernels = {growing.kernel}, named.form = growing.form, named.scene = growing.scenes[k];
-      const Selected selected = select(named, Purpose::bench).at(0);
+      const std::string scene = growing.scenes[k];
+      const Selected selected = select_one(growing.kernel, growing.form, scene);
       std::optional<Case> run;  // made for the first row that is modelled
       for (const int cores : {1, 64})
-        rows.add({{"kernel", growing.kernel}, {"form", growing.form}, {"scene", named.scene}, {"cores", cores}}, [&] {
-          progress("problem sizes: " + selected.kernel.name + ", " + named.scene);
+        rows.add({{"kernel", growing.kernel}, {"form", growing.form}, {"scene", scene}, {"cores", cores}}, [&] {
+          progress("problem sizes: " + selected.kernel.name + ", " + scene);
           if (!run) run = selected.kernel.make(selected.scene_path);
           const Repeatable what = {run->reset, run->openmp, run->work.bytes, run->work.data};
           Replayed least = {.total = std::numeric_limits<double>::infinity()};
