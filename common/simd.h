@@ -147,9 +147,9 @@ floatv shift_up(floatv v, float first);   // first, v0, ... v14
 floatv shift_down(floatv v, float last);  // v1, ... v15, last
 void transpose(floatv (&row)[lanes]);     // row[i] lane j and row[j] lane i change places
 
-// picks_from_vectors, a constant: whether a kernel whose lanes want numbers of a few vectors loads these vectors and
-// permutes them, or loads each number. Permuting takes less time where it is one instruction. The portable lanes
-// permute, too, so that the sanitizers see what AVX-512 runs.
+// picks_from_vectors, a constant, is for kernels whose sixteen lanes read numbers of a few vectors. If it is true, they
+// load these vectors and permute them; else they load each number. Permuting takes less time where it is one
+// instruction. The portable lanes permute, too, so that the sanitizers see what AVX-512 runs.
 
 // Partners in a row of 32 floats, a and then b, cut into blocks of 2 G, where G is 1 or 2: `first` gets the first G of
 // every block, `second` the last G, partners (G apart in the row) in the same lane. Which block goes to which lanes is

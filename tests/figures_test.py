@@ -71,7 +71,7 @@ KERNELS = [
     ("fluid/advance", "", "dam_break_500k"),
     *(("fluid/step", form, "dam_break_500k") for form in ("owner_gather", "pair_lists", "sub_grid", "cell_locks")),
     ("cloth/relax", "colours", "flag_256"),
-    ("cloth/step", "colours", "flag_256"),
+    ("cloth/step", "colours", "flag_128"),
     ("rigid/match_contacts", "", "castle_hit"),
 ]
 

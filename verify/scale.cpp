@@ -136,7 +136,7 @@ Record record_once(const Repeatable& what, int cores, const Model& model) {
     what.reset();
     return record(cores, what.work, clock_ns, model.clock_cost_ns, waits);
   };
-  // One core waits for no other.
+  // One core waits for no other, so where its locks and flags are does not matter.
   if (cores == 1) return record_with(Waits::left_out);
   Record made = record_with(Waits::noted);
   if (has_waits(made)) fit(made, record_with(Waits::left_out));

@@ -45,10 +45,9 @@ void problem_sizes(const FigureOptions& options, const Model& model, RowsOf& row
           if (!run) run = selected.kernel.make(selected.scene_path);
           const Repeatable what = {run->reset, run->openmp, run->work.bytes, run->work.data};
           Replayed least = {.total = std::numeric_limits<double>::infinity()};
-          const double enough = now() + (options.brief ? .3 : 1);
+          const double enough = now() + (options.quick ? 0 : options.brief ? .3 : 1);
           const auto wanted = [&](int made) {
-            if (options.quick) return made < 1;
-            return made < (options.brief ? 2 : 3) || (made < most_records && now() < enough);
+            return made < effort_of(options).fewest || (made < most_records && now() < enough);
           };
           for (int made = 0; wanted(made); ++made)
             keep_shorter(least, replay(record_once(what, cores, model), what, model));

@@ -1,10 +1,10 @@
-// Where sixteen lanes find what they want of vectors of vertices.
+// Where sixteen lanes find their numbers in vectors of vertices.
 //
 // Vertices stand along a Morton curve (load_scene), and triangles by their least vertex. So sixteen neighbours of a
 // slice's vertices are in four slices on the average, and seldom in more than six; and likewise what triangles give.
 // If one instruction picks from two vectors (picks_from_vectors), loading these whole and picking from them takes less
-// time than sixteen loads. Any mesh will do, but picking takes longer if what lanes want is in many vectors. Other
-// lanes load each number by itself.
+// time than sixteen loads. Any mesh will do, but picking takes longer if what lanes want is in many vectors. Without
+// such an instruction, each lane loads its number by itself.
 //
 // Made once, by sequential code.
 #pragma once

@@ -22,7 +22,7 @@ FORMS = {
 
 
 def table(data):
-    scenes = ["dam_break_500k", "dam_break_100k", "dam_break_5k"]
+    scenes = ["dam_break_500k", "dam_break_5k"]
     scene = source.first_scene(data, "fluid/step", "cell_locks", scenes, "curves")
     return [r for form in FORMS for r in source.over_cores(data, "fluid/step", form, scene)]
 
