@@ -38,7 +38,7 @@ struct Inputs {
   float margin() const { return static_cast<float>(settings.margin); }
 };
 
-// The inputs of a scene, made by the serial step in batches. All kernels share them.
+// The inputs of a scene, made by the step in batches. All kernels share them.
 std::shared_ptr<const Inputs> inputs(const std::string& path);
 
 // What the step before leaves where contacts are kept: it found them all anew.
