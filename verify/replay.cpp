@@ -1,7 +1,6 @@
 #include "verify/replay.h"
 
 #include <algorithm>
-#include <deque>
 #include <queue>
 #include <unordered_map>
 
@@ -10,7 +9,7 @@ namespace {
 
 struct Lock {
   int holder = -1, last = -1;
-  std::deque<int> queue;  // waiting cores, in the order of arrival
+  std::vector<int> queue;  // waiting cores, in the order of arrival
 };
 
 struct Flag {
@@ -120,7 +119,7 @@ double replay_region(const Region& region, const Costs& costs, std::vector<doubl
         turns.push({me.now, c});
         if (!g.queue.empty()) {
           const int first = g.queue.front();
-          g.queue.pop_front();
+          g.queue.erase(g.queue.begin());
           spent.locks += me.now - core[first].now;
           core[first].now = me.now;
           take(g, first);
