@@ -41,7 +41,7 @@ struct Effort {
   double seconds;       // a variant
   double patience;      // seconds, over all cases, to repeat those that lacked cores
 };
-constexpr Effort full_effort = {15, 15, .5, 60}, brief_effort = {5, 2, .12, 10}, quick_effort = {1, 1, 0, 0};
+constexpr Effort full_effort = {15, 15, .5, 60}, brief_effort = {5, 2, .08, 10}, quick_effort = {1, 1, 0, 0};
 
 struct Variant {
   std::string name;

@@ -26,7 +26,7 @@ namespace lockstep::verify {
 
 Effort effort_of(const ReportOptions& options) {
   if (options.quick) return {1, 1, 0, 0, 1};
-  return options.brief ? Effort{3, 2, .1, .03, 1} : Effort{3, 3, .2, .05, 3};
+  return options.brief ? Effort{3, 2, .06, .02, 1} : Effort{3, 3, .2, .05, 3};
 }
 
 Model measure_model() {
