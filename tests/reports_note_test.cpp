@@ -103,10 +103,11 @@ TEST_F(ReportsNote, NamesFieldsOfList) {
 }
 
 TEST_F(ReportsNote, NamesFieldsOfFigures) {
-  ASSERT_EQ(run({"figures", "--quick", "--out", folder}).code, 0);
+  ASSERT_EQ(run({"figures", "--quick", "--kernel", "cloth/verlet", "--out", folder}).code, 0);
   Fields found;
   for (const auto& entry : std::filesystem::directory_iterator(folder))
-    collect(nlohmann::json::parse(read_bytes(entry.path())), "", found);
+    if (const auto report = entry.path().stem(); report != "bench" && report != "scale")
+      collect(nlohmann::json::parse(read_bytes(entry.path())), "", found);
   expect_documented("figures", found);
 }
 

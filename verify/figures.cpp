@@ -1,11 +1,12 @@
-// The data of the figures that `bench` and `scale` do not provide: NAME.json, {"machine": ..., "rows": ...}, for
-// notes/figures.
+// The data of all figures: NAME.json, {"machine": ..., "rows": ...}, for notes/figures. The reports of `bench` and
+// `scale` are among them, so that one process makes all: many kernels share a scene that takes long to settle.
 #include <omp.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "common/cloth/make.h"
@@ -15,33 +16,38 @@
 #include "common/levelset/fast_sweeping.h"
 #include "common/levelset/initialize.h"
 #include "common/levelset/scene.h"
-#include "common/production_face/scene.h"
-#include "common/production_fluid/scene.h"
 #include "common/rigid/batches.h"
-#include "common/rigid/scene.h"
-#include "common/rigid/step.h"
+#include "common/rigid/contact_blocks.h"
+#include "common/rigid/contact_solver.h"
+#include "common/rigid/match_contacts.h"
 #include "verify/busy.h"
 #include "verify/cloth/forms.h"
 #include "verify/cloth/run.h"
 #include "verify/curves.h"
-#include "verify/held_team.h"
+#include "verify/modules.h"
 #include "verify/names.h"
 #include "verify/options.h"
-#include "verify/production_cloth/frame.h"
-#include "verify/production_face/forms.h"
-#include "verify/production_fluid/forms.h"
 #include "verify/report.h"
-#include "verify/rigid/run.h"
+#include "verify/rigid/inputs.h"
 #include "verify/rows_of.h"
 #include "verify/scale.h"
 #include "verify/sensitivity.h"
 #include "verify/sizes.h"
+#include "verify/team.h"
 
 namespace lockstep::verify {
 namespace {
 
 std::vector<int> cores_of(const FigureOptions& options) {
   return options.quick ? std::vector<int>{1, 2, 64} : std::vector<int>{1, 2, 4, 8, 16, 32, 64};
+}
+
+// 1, 2, 4, ... and as many as the machine has, two at least, and 64.
+std::vector<int> few_cores() {
+  std::vector<int> cores = doubling_to(std::max(2, omp_get_num_procs()));
+  cores.insert(std::ranges::lower_bound(cores, 64), 64);
+  cores.erase(std::unique(cores.begin(), cores.end()), cores.end());
+  return cores;
 }
 
 // The least time of `repeats` runs, as in scale_row.
@@ -108,10 +114,12 @@ void levelset_blocks(const FigureOptions& options, const Model& model, RowsOf& r
       levelset::openmp::fast_marching_blocks(padded, band, 2 * scene.grid.nx);
       work += points_within(padded);
     }
-    for (const int cores : cores_of(options))
+    const int blocks = side * side * side;
+    for (const int cores : cores_of(options)) {
+      if (cores >= 2 * blocks) continue;  // no more than on fewer cores: a block is one core's
       for (const std::string algorithm : {"fast_marching", "fast_sweeping"}) {
-        progress("levelset_blocks: " + algorithm + ", " + std::to_string(side * side * side) + " blocks, " +
-                 std::to_string(cores) + " cores");
+        progress("levelset_blocks: " + algorithm + ", " + std::to_string(blocks) + " blocks, " + std::to_string(cores) +
+                 " cores");
         const auto run = [&] {
           if (algorithm == "fast_marching")
             levelset::openmp::fast_marching_blocks(d, band, size);
@@ -120,7 +128,7 @@ void levelset_blocks(const FigureOptions& options, const Model& model, RowsOf& r
         };
         rows.add({{"scene", name},
                   {"algorithm", algorithm},
-                  {"blocks", side * side * side},
+                  {"blocks", blocks},
                   {"variant", "openmp"},
                   {"work_points", work},
                   {"band_points", band_points},
@@ -130,6 +138,7 @@ void levelset_blocks(const FigureOptions& options, const Model& model, RowsOf& r
                    return scale_row(model, {reset, run, bytes}, cores, effort_of(options));
                  });
       }
+    }
   }
 }
 
@@ -157,34 +166,32 @@ void contact_batches(const FigureOptions& options, const Model& model, RowsOf& r
           ? std::vector<std::string>{"pyramid_15"}
           : std::vector<std::string>{"pyramid_24", "box_pit_4000", "hull_pit_2000", "castle_hit", "castles_4"};
   for (const std::string& name : scenes) {
-    const Scene scene = load_scene("scenes/rigid/" + name + ".toml");
-    const StepSettings settings = settings_of(scene);
-    World<float> world = scene.world;
-    StepMemory<float> memory;
-    for (int step = 0; step < std::max(scene.settle, 1); ++step) {
-      progress("contact_batches: " + name + ", step " + std::to_string(step));
-      openmp::step_batches(settings, world, memory);
-    }
-    const std::span<const std::int32_t> body(world.colliders.body.data(), world.colliders.count);
+    progress("contact_batches: " + name);
+    const auto in = rigid_inputs::inputs("scenes/rigid/" + name + ".toml");
+    const SolverSettings& solver = in->settings.solver;
+    const Array<Manifold<float>>& manifolds = in->now.manifolds;
+    const std::span<const std::int32_t> body = in->body();
+    Array<Impulses<float>> start(manifolds.size());
+    serial::match_contacts(in->last.manifolds, in->last.impulses, manifolds, start);
     Bodies<float> bodies;
     Array<Impulses<float>> impulses;
     Array<Motion<float>> moving;
     Batches batches;
     ContactBlocks blocks;
-    const auto reset = [&] { bodies = world.bodies, impulses = memory.impulses; };
+    const auto reset = [&] { bodies = in->world.bodies, impulses = start; };
     const auto original = [&](ContactSolverOriginal<float>* solve) {
-      return [&, solve] { solve(settings.solver, memory.manifolds, body, bodies, std::span(impulses), moving); };
+      return [&, solve] { solve(solver, manifolds, body, bodies, std::span(impulses), moving); };
     };
     const auto reordered = [&](ReorderContacts<float>* reorder, ContactSolverReordered<float, Batches>* solve) {
       return [&, reorder, solve] {
-        batches = reorder(memory.manifolds, body, bodies);
-        solve(settings.solver, memory.manifolds, body, batches, bodies, std::span(impulses), moving);
+        batches = reorder(manifolds, body, bodies);
+        solve(solver, manifolds, body, batches, bodies, std::span(impulses), moving);
       };
     };
     const auto cut = [&](CutIntoBlocks<float>* cut_into_blocks, ContactSolverReordered<float, ContactBlocks>* solve) {
       return [&, cut_into_blocks, solve] {
-        cut_into_blocks(memory.manifolds, body, bodies, blocks);
-        solve(settings.solver, memory.manifolds, body, blocks, bodies, std::span(impulses), moving);
+        cut_into_blocks(manifolds, body, bodies, blocks);
+        solve(solver, manifolds, body, blocks, bodies, std::span(impulses), moving);
       };
     };
     const int repeats = options.quick ? 1 : 3;
@@ -193,12 +200,11 @@ void contact_batches(const FigureOptions& options, const Model& model, RowsOf& r
         return Rows{{"measured_ms", least_ms(repeats, reset, solve)}};
       });
     };
-    progress("contact_batches: " + name);
     serial_row("original", original(serial::contact_solver_original));
     serial_row("batches", reordered(serial::batches, serial::contact_solver_batches));
     serial_row("blocks", cut(serial::contact_blocks, serial::contact_solver_blocks));
     const double bytes =
-        static_cast<double>(memory.manifolds.size() * (sizeof(Manifold<float>) + 2 * sizeof(Impulses<float>)));
+        static_cast<double>(manifolds.size() * (sizeof(Manifold<float>) + 2 * sizeof(Impulses<float>)));
     for (const int cores : cores_of(options)) {
       const auto scaled = [&](const char* form, const std::function<void()>& solve) {
         rows.add({{"scene", name}, {"form", form}, {"variant", "openmp"}, {"cores", cores}}, [&] {
@@ -208,10 +214,10 @@ void contact_batches(const FigureOptions& options, const Model& model, RowsOf& r
       scaled("original", original(openmp::contact_solver_original));
       scaled("batches", reordered(openmp::batches, openmp::contact_solver_batches));
       scaled("blocks", cut(openmp::contact_blocks, openmp::contact_solver_blocks));
-      scaled("reorder", [&] { batches = openmp::batches(memory.manifolds, body, bodies); });
+      scaled("reorder", [&] { batches = openmp::batches(manifolds, body, bodies); });
     }
     reset();
-    batches = openmp::batches(memory.manifolds, body, bodies);
+    batches = openmp::batches(manifolds, body, bodies);
     for (int k = 0; k < batches.count(); ++k)
       rows.add({{"scene", name},
                 {"variant", "batch_size"},
@@ -220,105 +226,50 @@ void contact_batches(const FigureOptions& options, const Model& model, RowsOf& r
   }
 }
 
-// Milliseconds of a frame of the production fluid by module, after one that is not timed.
-void production_modules(const FigureOptions& options, const Model&, RowsOf& rows) {
-  using namespace production_fluid;
-  const std::string name = options.quick ? "drop_64" : options.full ? "drop_256" : "drop_128";
-  const LiquidForm& form = liquid_forms[0];
-  const Scene scene = load_scene("scenes/production_fluid/" + name + ".toml");
-  Liquid<float> start;
-  start.fluid = scene.fluid;
-  StepMemory<float> memory;
-  serial::start(scene.model, start, memory);
-  form.openmp(scene.model, start, memory);
-  const auto frame = [&](const std::string& variant, int threads, Step<float>* step) {
-    progress("production_modules: " + name + ", " + variant + ", threads " + std::to_string(threads));
-    rows.add({{"scene", name}, {"variant", variant}, {"form", form.name}, {"threads", threads}}, [&] {
-      Liquid<float> liquid = start;
-      hold_team(threads, [&] { step(scene.model, liquid, memory); });
-      Rows row = {{"cells", scene.fluid.nx * scene.fluid.ny * scene.fluid.nz},
-                  {"particles", liquid.particles.count},
-                  {"substeps", memory.substeps},
-                  {"iterations", memory.iterations}};
-      for (int k = 0; k < int(Module::count); ++k)
-        row["modules"].push_back({{"module", name_of_module[k]}, {"ms", 1e3 * memory.seconds[k]}});
-      return row;
-    });
-  };
-  const int most = omp_get_max_threads();
-  frame("serial", 1, form.serial);
-  for (int threads = 1; threads <= most; threads *= 2) frame("openmp", threads, form.openmp);
-  omp_set_num_threads(most);
-}
-
-// Milliseconds of a frame of the production face by module: the third, from the serial pose of the second.
-void face_modules(const FigureOptions&, const Model&, RowsOf& rows) {
-  using namespace production_face;
-  const std::string name = "face_381k";
-  const Scene scene = load_scene("scenes/production_face/" + name + ".toml");
-  const Face<float> face = make_face(scene.body, scene.flesh);
-  const auto target = [&](int frame) { return target_at(scene.body, scene.motion, frame * frame_time); };
-  SerialMemory in_rows = serial::make_memory(face);
-  OpenmpMemory in_slices = openmp::make_memory(face);
-  Pose<float> start = scene.pose;
-  openmp::step_newton(face, target(2), scene.tolerance, start, in_slices);
-  const auto frame = [&](const std::string& form, const std::string& variant, int threads, auto* step, auto& memory) {
-    progress("face_modules: " + form + ", " + variant + ", threads " + std::to_string(threads));
-    rows.add({{"scene", name}, {"variant", variant}, {"form", form}, {"threads", threads}}, [&] {
-      Pose<float> pose = start;
-      hold_team(threads, [&] { step(face, target(3), scene.tolerance, pose, memory); });
-      Rows row = {{"tetrahedra", scene.body.tetrahedra},
-                  {"steps", memory.frame.steps},
-                  {"iterations", memory.frame.iterations}};
-      for (int k = 0; k < int(Module::count); ++k)
-        row["modules"].push_back({{"module", name_of_module[k]}, {"ms", 1e3 * memory.frame.seconds[k]}});
-      return row;
-    });
-  };
-  const int most = omp_get_max_threads();
-  for (const FaceForm& form : face_forms) {
-    frame(form.name, "serial", 1, form.serial, in_rows);
-    for (int threads = 1; threads <= most; threads *= 2) frame(form.name, "openmp", threads, form.openmp, in_slices);
-  }
-  omp_set_num_threads(most);
-}
-
-// Milliseconds of a frame of the production cloth by module.
-void cloth_modules(const FigureOptions&, const Model&, RowsOf& rows) {
-  rows_of_cloth_frame([&](Rows fields, const auto& measure) { rows.add(std::move(fields), measure); });
-}
-
 struct Figure {
   const char* name;
   void (*compute)(const FigureOptions& options, const Model& model, RowsOf& rows);
 };
 
-constexpr Figure all_figures[] = {{"cloth_convergence", cloth_convergence},
-                                  {"levelset_blocks", levelset_blocks},
-                                  {"levelset_slice", levelset_slice},
-                                  {"contact_batches", contact_batches},
-                                  {"production_modules", production_modules},
-                                  {"face_modules", face_modules},
-                                  {"cloth_modules", cloth_modules},
-                                  {"sensitivity", sensitivity},
-                                  {"problem_sizes", problem_sizes},
-                                  {"curves", curves}};
+constexpr Figure all_figures[] = {{"cloth_convergence", cloth_convergence},   {"levelset_blocks", levelset_blocks},
+                                  {"levelset_slice", levelset_slice},         {"contact_batches", contact_batches},
+                                  {"production_modules", production_modules}, {"face_modules", face_modules},
+                                  {"cloth_modules", cloth_modules},           {"sensitivity", sensitivity},
+                                  {"problem_sizes", problem_sizes},           {"curves", curves}};
 
 }  // namespace
 
 int figures(const FigureOptions& options) {
-  std::vector<std::string> names;
+  std::vector<std::string> names = {"bench", "scale"};
   for (const Figure& figure : all_figures) names.push_back(figure.name);
-  if (!options.report.empty() && std::ranges::find(names, options.report) == names.end())
-    throw InputError("--report " + options.report + ": expected one of: " + joined(names, ", "));
+  for (const std::string& report : options.reports)
+    if (std::ranges::find(names, report) == names.end())
+      throw InputError("--report " + report + ": expected some of: " + joined(names, ", "));
+  const auto is_wanted = [&](const char* report) {
+    return options.reports.empty() || std::ranges::find(options.reports, report) != options.reports.end();
+  };
   std::error_code error;
   std::filesystem::create_directories(options.out, error);
   if (error) throw InputError(options.out + ": cannot be made: " + error.message());
-  const Model model = measure_model();
+  const auto file_of = [&](const char* report) { return options.out + '/' + report + ".json"; };
+  if (is_wanted("bench")) {
+    Options its = options;
+    its.json = file_of("bench");
+    its.full = false;  // the scenes of `bench` are those of its command
+    bench(its);
+  }
+  if (is_wanted("scale")) {
+    ScaleOptions its{options, few_cores(), {}};
+    its.json = file_of("scale");
+    scale(its);
+  }
+  std::optional<Model> measured;  // for the first report that needs it
   for (const Figure& figure : all_figures) {
-    if (!options.report.empty() && options.report != figure.name) continue;
+    if (!is_wanted(figure.name)) continue;
+    if (!measured) measured = measure_model();
+    const Model& model = *measured;
     ReportOptions its = options;
-    its.json = options.out + '/' + figure.name + ".json";
+    its.json = file_of(figure.name);
     Report report(its);
     report.on["busy_cores"] = busy_cores();
     report.on["costs"] = describe(model);

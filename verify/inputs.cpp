@@ -4,23 +4,38 @@
 #include <utility>
 #include <vector>
 
+#include "verify/program.h"
+
 namespace lockstep::verify {
 
-std::shared_ptr<const void> kept_input(const std::string& key, const std::function<MadeInput()>& make) {
-  static std::vector<std::pair<std::string, MadeInput>> kept;  // most recently used last
-  const auto found = std::ranges::find(kept, key, &std::pair<std::string, MadeInput>::first);
-  if (found != kept.end())
-    std::rotate(found, found + 1, kept.end());
-  else
-    kept.emplace_back(key, make());  // `make` may itself call kept_input
+namespace {
 
-  double bytes = 0;
-  for (const auto& [name, made] : kept) bytes += made.bytes;
-  while (kept.size() > 1 && bytes > inputs_budget) {
-    bytes -= kept.front().second.bytes;
-    kept.erase(kept.begin());
+struct Kept {
+  std::string key;
+  MadeInput made;
+  double seconds;  // that it took to make
+  double seconds_per_byte() const { return seconds / made.bytes; }
+};
+
+}  // namespace
+
+std::shared_ptr<const void> kept_input(const std::string& key, const std::function<MadeInput()>& make) {
+  static std::vector<Kept> kept;
+  const auto found = std::ranges::find(kept, key, &Kept::key);
+  if (found != kept.end()) return found->made.input;
+  const double start = now();
+  const MadeInput made = make();  // may itself call kept_input
+  const double seconds = now() - start;
+
+  double bytes = made.bytes;
+  for (const Kept& each : kept) bytes += each.made.bytes;
+  while (!kept.empty() && bytes > inputs_budget) {
+    const auto cheapest = std::ranges::min_element(kept, {}, &Kept::seconds_per_byte);
+    bytes -= cheapest->made.bytes;
+    kept.erase(cheapest);
   }
-  return kept.back().second.input;
+  kept.push_back({key, made, seconds});
+  return made.input;
 }
 
 }  // namespace lockstep::verify

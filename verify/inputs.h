@@ -1,7 +1,8 @@
 // Inputs that kernels share: a settled scene, its double truth, a serial run.
 //
-// One cache for all domains, with one budget. Kernels run one after another on the same few scenes, so the cache drops
-// the least recently used inputs when their total exceeds the budget. A shared pointer keeps a dropped input alive for
+// One cache for all domains, with one budget. When a new input would exceed it, the cache drops those that took the
+// least time to make for their size. So a scene that steps for ten seconds until it has settled stays, from one report
+// of `figures` to the next, and a large grid that is made in one goes. A shared pointer keeps a dropped input alive for
 // its users.
 #pragma once
 

@@ -27,13 +27,17 @@ constexpr int max_threads = 1024;
 constexpr int all_threads = 0;  // what --threads all becomes
 constexpr std::string_view changes_no_row[] = {"--json", "--out", "--failed", "--resume", "--shard"};
 
-void add_selection(CLI::App* command, Options& options) {
+void add_kernels(CLI::App* command, Options& options) {
   command
       ->add_option(
           "--kernel", options.kernels,
           "only these: kernels (fluid/forces,fluid/step), a domain (fluid), a last part (forces), or a pattern "
           "(*/step)")
       ->delimiter(',');
+}
+
+void add_selection(CLI::App* command, Options& options) {
+  add_kernels(command, options);
   command->add_option("--form", options.form, "only this form of it, such as owner_gather");
   command->add_option("--scene", options.scene, "only this scene: its name (flag_33), or a .toml or .fluid file");
   command->add_option("--json", options.json, "write the rows to this file");
@@ -201,7 +205,10 @@ int main(int argc, char** argv) {
   FigureOptions figure_options;
   CLI::App* figures_command = app.add_subcommand("figures", "compute what the figures show (make figures draws it)");
   figures_command->add_option("--out", figure_options.out, "a folder")->required();
-  figures_command->add_option("--report", figure_options.report, "only this one, such as contact_batches");
+  figures_command->add_option("--report", figure_options.reports, "only these, such as bench,scale or contact_batches")
+      ->delimiter(',');
+  add_kernels(figures_command, figure_options);
+  add_threads(figures_command, figure_options);
   add_quick(figures_command, figure_options.quick);
   add_brief(figures_command, figure_options.brief);
   figures_command->add_flag("--full", figure_options.full, "on the largest scenes");
@@ -248,8 +255,9 @@ int main(int argc, char** argv) {
       if (!shard.empty()) each->shard = shard_of(shard);
     }
     if (options.threads.empty() && verify_command->parsed()) options.threads = {1, 2, 3};
-    if (options.threads.empty() || std::ranges::count(options.threads, all_threads) > 0)
-      options.threads = doubling_to(omp_get_num_procs());
+    for (Options* each : {&options, static_cast<Options*>(&figure_options)})
+      if (each->threads.empty() || std::ranges::count(each->threads, all_threads) > 0)
+        each->threads = doubling_to(omp_get_num_procs());
     if (scale_options.cores.empty())
       scale_options.cores =
           scale_options.quick ? std::vector<int>{1, 2, 64} : std::vector<int>{1, 2, 4, 8, 16, 32, 64, 128};

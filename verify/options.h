@@ -51,10 +51,10 @@ struct EndureOptions : ReportOptions {
   int steps = 20000;
 };
 
-struct FigureOptions : ReportOptions {
-  std::string out;     // a folder
-  std::string report;  // only this one, without .json; all if empty
-  bool full = false;   // on the largest scenes
+// `kernels` and `threads` are those of the reports `bench` and `scale`; `full` takes the largest scenes.
+struct FigureOptions : Options {
+  std::string out;                   // a folder
+  std::vector<std::string> reports;  // only these, without .json; all if empty
 };
 
 struct ListOptions {

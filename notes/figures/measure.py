@@ -1,13 +1,11 @@
 """Measures what figures need: measure.py PROGRAM FOLDER [--figure NAME] [--threads 1,2,4] [--shard 1/2] [--quick]
 [--full] [--resume].
 
-Runs `lockstep bench`, `scale` and `figures` for the reports and kernels that the figures name (REPORTS, see draw.py).
-Kernels of the report `scale` are modelled on the machine's own numbers of cores and on 64. Options go to the program as
-they are; --full, for the largest scenes, goes to `scale` and `figures`.
+Runs `lockstep figures` for the reports and kernels that the figures name (REPORTS, see draw.py). Options go to it as
+they are.
 """
 
 import argparse
-import os
 import pathlib
 import subprocess
 import sys
@@ -31,30 +29,17 @@ def needed(figures, quick=False):
     return needs
 
 
-def few_cores():
-    """1, 2, 4, ... as far as the machine has cores, 2 at least, and 64."""
-    powers = [2**k for k in range(20) if 2**k <= max(2, os.cpu_count())]
-    return ",".join(str(n) for n in sorted({*powers, 64}))
-
-
-def commands(program, folder, needs, options):
-    """The program's command for each report."""
-    more = [f"--{name}" for name in ("quick", "resume") if getattr(options, name)]
+def command(program, folder, needs, options):
+    """One command for all reports. The kernels are those of `bench` and `scale` together."""
+    lists = [needs[report] for report in ("bench", "scale") if report in needs]
+    kernels = list(dict.fromkeys(kernel for kernels in lists for kernel in kernels or []))
+    selected = ["--kernel", ",".join(kernels)] if kernels and None not in lists else []
+    threads = ["--threads", options.threads] if options.threads else []
+    effort = "--quick" if options.quick else "--brief"
+    more = [f"--{name}" for name in ("full", "resume") if getattr(options, name)]
     more += ["--shard", options.shard] if options.shard else []
-    largest = ["--full"] if options.full else []
-    found = []
-    for report, kernels in needs.items():
-        selected = ["--kernel", ",".join(kernels)] if kernels else []
-        brief = [] if options.quick else ["--brief"]
-        json = ["--json", folder / f"{report}.json"]
-        if report == "bench":
-            threads = ["--threads", options.threads] if options.threads else []
-            found.append([program, "bench", *selected, *threads, *brief, *more, *json])
-        elif report == "scale":
-            found.append([program, "scale", *selected, "--cores", few_cores(), *brief, *largest, *more, *json])
-        else:
-            found.append([program, "figures", "--report", report, *brief, *largest, *more, "--out", folder])
-    return found
+    reports = ["--report", ",".join(needs)]
+    return [program, "figures", *reports, *selected, *threads, effort, *more, "--out", folder]
 
 
 def main():
@@ -70,11 +55,7 @@ def main():
     options = arguments.parse_args()
     figures = draw.chosen(options.figure)
     needs = needed(figures, options.quick)
-    options.folder.mkdir(parents=True, exist_ok=True)
-    for command in commands(options.program, options.folder, needs, options):
-        if code := subprocess.run(command).returncode:
-            return code
-    return 0
+    return subprocess.run(command(options.program, options.folder, needs, options)).returncode
 
 
 if __name__ == "__main__":
