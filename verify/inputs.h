@@ -17,6 +17,11 @@ namespace lockstep::verify {
 
 inline constexpr double inputs_budget = 3e9;  // bytes
 
+// Whether scenes settle by openmp steps where these have the serial bits: where kernels are only timed. Serial steps
+// take far longer. They are for `verify`: a kernel that loses contacts would settle into a state that has none, and
+// nothing would show.
+inline bool settles_by_openmp = false;
+
 struct MadeInput {
   std::shared_ptr<const void> input;
   double bytes;

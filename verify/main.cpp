@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "common/input_error.h"
+#include "verify/inputs.h"
 #include "verify/names.h"
 #include "verify/options.h"
 #include "verify/program.h"
@@ -261,6 +262,7 @@ int main(int argc, char** argv) {
     if (scale_options.cores.empty())
       scale_options.cores =
           scale_options.quick ? std::vector<int>{1, 2, 64} : std::vector<int>{1, 2, 4, 8, 16, 32, 64, 128};
+    settles_by_openmp = bench_command->parsed() || scale_command->parsed() || figures_command->parsed();
     const auto command = [&] {
       if (list_command->parsed()) return list(list_options);
       if (verify_command->parsed()) return verify(options);

@@ -21,12 +21,12 @@ Inputs make(const std::string& path) {
   const ClothForm& form = first_form(cloth);
   const auto keep = [&] { return std::make_shared<const Cloth<float>>(cloth); };
   in.start = keep();
-  // Serial steps take far longer, for the same bits: rows of cloth/step say so.
-  for (int step = 0; step < settling_steps; ++step) form.openmp_step(cloth);
+  Step<float>* const step = settles_by_openmp ? form.openmp_step : form.serial_step;
+  for (int k = 0; k < settling_steps; ++k) step(cloth);
   in.before_verlet = keep();
   serial::verlet(cloth);
   in.before_relax = keep();
-  form.openmp_relax(cloth, cloth.model.iterations);
+  form.serial_relax(cloth, cloth.model.iterations);
   in.before_collide = keep();
   return in;
 }
