@@ -109,6 +109,9 @@ TEST_F(ReportsNote, NamesFieldsOfFigures) {
     if (const auto report = entry.path().stem(); report != "bench" && report != "scale")
       collect(nlohmann::json::parse(read_bytes(entry.path())), "", found);
   expect_documented("figures", found);
+  for (const char* report : {"bench.json", "scale.json"})
+    for (const auto& row : nlohmann::json::parse(read_bytes(path(report)))["rows"])
+      EXPECT_EQ(row["kernel"], "cloth/verlet") << report;
 }
 
 }  // namespace

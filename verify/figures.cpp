@@ -19,7 +19,6 @@
 #include "common/rigid/batches.h"
 #include "common/rigid/contact_blocks.h"
 #include "common/rigid/contact_solver.h"
-#include "common/rigid/match_contacts.h"
 #include "verify/busy.h"
 #include "verify/cloth/forms.h"
 #include "verify/cloth/run.h"
@@ -116,7 +115,7 @@ void levelset_blocks(const FigureOptions& options, const Model& model, RowsOf& r
     }
     const int blocks = side * side * side;
     for (const int cores : cores_of(options)) {
-      if (cores >= 2 * blocks) continue;  // no more than on fewer cores: a block is one core's
+      if (cores >= 2 * blocks) continue;  // one core works on a block, so most of these cores would be idle
       for (const std::string algorithm : {"fast_marching", "fast_sweeping"}) {
         progress("levelset_blocks: " + algorithm + ", " + std::to_string(blocks) + " blocks, " + std::to_string(cores) +
                  " cores");
@@ -161,18 +160,18 @@ void levelset_slice(const FigureOptions&, const Model&, RowsOf& rows) {
 // parallel as it allows), and in batches and in blocks with the time to make them. Also the sizes of the batches.
 void contact_batches(const FigureOptions& options, const Model& model, RowsOf& rows) {
   using namespace rigid;
+  using namespace rigid_inputs;
   const std::vector<std::string> scenes =
       options.quick
           ? std::vector<std::string>{"pyramid_15"}
           : std::vector<std::string>{"pyramid_24", "box_pit_4000", "hull_pit_2000", "castle_hit", "castles_4"};
   for (const std::string& name : scenes) {
     progress("contact_batches: " + name);
-    const auto in = rigid_inputs::inputs("scenes/rigid/" + name + ".toml");
+    const auto in = inputs("scenes/rigid/" + name + ".toml");
     const SolverSettings& solver = in->settings.solver;
     const Array<Manifold<float>>& manifolds = in->now.manifolds;
     const std::span<const std::int32_t> body = in->body();
-    Array<Impulses<float>> start(manifolds.size());
-    serial::match_contacts(in->last.manifolds, in->last.impulses, manifolds, start);
+    const Array<Impulses<float>> start = warm_start(*in);
     Bodies<float> bodies;
     Array<Impulses<float>> impulses;
     Array<Motion<float>> moving;
@@ -255,7 +254,7 @@ int figures(const FigureOptions& options) {
   if (is_wanted("bench")) {
     Options its = options;
     its.json = file_of("bench");
-    its.full = false;  // the scenes of `bench` are those of its command
+    its.full = false;  // `full` would add scenes, which `lockstep bench` does not have
     bench(its);
   }
   if (is_wanted("scale")) {

@@ -1,9 +1,8 @@
 // Inputs that kernels share: a settled scene, its double truth, a serial run.
 //
 // One cache for all domains, with one budget. When a new input would exceed it, the cache drops those that took the
-// least time to make for their size. So a scene that steps for ten seconds until it has settled stays, from one report
-// of `figures` to the next, and a large grid that is made in one goes. A shared pointer keeps a dropped input alive for
-// its users.
+// least time to make for their size. So scenes that settle for seconds stay from one report of `figures` to the next,
+// and large grids go. A shared pointer keeps a dropped input alive for its users.
 #pragma once
 
 #include <functional>
@@ -17,9 +16,9 @@ namespace lockstep::verify {
 
 inline constexpr double inputs_budget = 3e9;  // bytes
 
-// Whether scenes settle by openmp steps where these have the serial bits: where kernels are only timed. Serial steps
-// take far longer. They are for `verify`: a kernel that loses contacts would settle into a state that has none, and
-// nothing would show.
+// Whether scenes settle by openmp steps, where these have the serial bits. Openmp steps take far less time, so `bench`,
+// `scale` and `figures` set this. `verify` settles by serial steps: a faulty kernel that loses contacts would settle
+// into a state without contacts, in which no comparison shows the fault.
 inline bool settles_by_openmp = false;
 
 struct MadeInput {

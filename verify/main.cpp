@@ -28,8 +28,8 @@ constexpr int max_threads = 1024;
 constexpr int all_threads = 0;  // what --threads all becomes
 constexpr std::string_view changes_no_row[] = {"--json", "--out", "--failed", "--resume", "--shard"};
 
-void add_kernels(CLI::App* command, Options& options) {
-  command
+CLI::Option* add_kernels(CLI::App* command, Options& options) {
+  return command
       ->add_option(
           "--kernel", options.kernels,
           "only these: kernels (fluid/forces,fluid/step), a domain (fluid), a last part (forces), or a pattern "
@@ -44,13 +44,13 @@ void add_selection(CLI::App* command, Options& options) {
   command->add_option("--json", options.json, "write the rows to this file");
 }
 
-void add_threads(CLI::App* command, Options& options) {
+CLI::Option* add_threads(CLI::App* command, Options& options) {
   const auto count_or_all = [](std::string& text) {
     if (text != "all") return CLI::Range(1, max_threads)(text);
     text = std::to_string(all_threads);
     return std::string();
   };
-  command
+  return command
       ->add_option("--threads", options.threads,
                    "at these thread counts, such as 1,2,4; all: 1,2,4,... and as many as there are cores")
       ->delimiter(',')
@@ -208,8 +208,9 @@ int main(int argc, char** argv) {
   figures_command->add_option("--out", figure_options.out, "a folder")->required();
   figures_command->add_option("--report", figure_options.reports, "only these, such as bench,scale or contact_batches")
       ->delimiter(',');
-  add_kernels(figures_command, figure_options);
-  add_threads(figures_command, figure_options);
+  for (CLI::Option* option :
+       {add_kernels(figures_command, figure_options), add_threads(figures_command, figure_options)})
+    option->description("of the reports bench and scale: " + option->get_description());
   add_quick(figures_command, figure_options.quick);
   add_brief(figures_command, figure_options.brief);
   figures_command->add_flag("--full", figure_options.full, "on the largest scenes");

@@ -3,6 +3,7 @@
 #include <omp.h>
 
 #include <string>
+#include <utility>
 
 #include "common/production_face/scene.h"
 #include "common/production_fluid/scene.h"

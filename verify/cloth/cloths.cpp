@@ -51,8 +51,8 @@ std::shared_ptr<const Start> start_of(const std::string& path) {
     start.first.all.push_back(convert<float>(start.scene.cloth));
     for (const Cloth<double>& other : start.scene.others) start.first.all.push_back(convert<float>(other));
     start.settled = start.first;
-    // Serial steps take far longer, for the same bits: check_run asks for that.
-    for (int step = 0; step < settling_steps; ++step) openmp::step_cloths(start.settled.all);
+    for (int k = 0; k < settling_steps; ++k)
+      settles_by_openmp ? openmp::step_cloths(start.settled.all) : serial::step_cloths(start.settled.all);
     return start;
   });
 }

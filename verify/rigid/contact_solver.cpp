@@ -9,7 +9,6 @@
 #include <functional>
 #include <memory>
 
-#include "common/rigid/match_contacts.h"
 #include "verify/rigid/inputs.h"
 #include "verify/rigid/run.h"
 #include "verify/twin.h"
@@ -32,11 +31,7 @@ void for_each_array(S& s, const F& f) {
   f("impulses", s.impulses, s.impulses.size()), f("moving", s.moving, s.bodies.count);
 }
 
-Solved solver_start(const Inputs& in) {
-  Solved start{in.world.bodies, Array<Impulses<float>>(in.now.manifolds.size()), in.last.moving};
-  serial::match_contacts(in.last.manifolds, in.last.impulses, in.now.manifolds, start.impulses);
-  return start;
-}
+Solved solver_start(const Inputs& in) { return {in.world.bodies, warm_start(in), in.last.moving}; }
 
 // Of parts that begin at `begin`, whose last entry is the end.
 std::vector<int> sizes_of(const std::vector<std::int32_t>& begin) {

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "common/rigid/match_contacts.h"
 #include "verify/inputs.h"
 
 namespace lockstep::verify::rigid_inputs {
@@ -33,6 +34,12 @@ double bytes_of(const Inputs& in) {
 
 std::shared_ptr<const Inputs> inputs(const std::string& path) {
   return verify::inputs<Inputs>(path, [&] { return make(path); });
+}
+
+Array<Impulses<float>> warm_start(const Inputs& in) {
+  Array<Impulses<float>> impulses(in.now.manifolds.size());
+  serial::match_contacts(in.last.manifolds, in.last.impulses, in.now.manifolds, impulses);
+  return impulses;
 }
 
 void find_kept(const Inputs& in, NarrowPhaseState& state, KeptContacts<float>& kept) {

@@ -41,6 +41,9 @@ struct Inputs {
 // The inputs of a scene, made by the step in batches. All kernels share them.
 std::shared_ptr<const Inputs> inputs(const std::string& path);
 
+// The impulses that the step to come starts with: those of the step before, at the contacts that are still there.
+Array<rigid::Impulses<float>> warm_start(const Inputs& in);
+
 // What the step before leaves where contacts are kept: it found them all anew.
 void find_kept(const Inputs& in, rigid::NarrowPhaseState& state, rigid::KeptContacts<float>& kept);
 
